@@ -56,6 +56,19 @@ pub struct SheetTool {
     pub length: f64,
 }
 
+impl SheetTool {
+    /// Returns the tools with different numbers, in the order of their first cuts.
+    pub fn each_once(all: impl IntoIterator<Item = Self>) -> Vec<Self> {
+        let mut tools: Vec<Self> = Vec::new();
+        for one in all {
+            if tools.iter().all(|known| known.tool.number != one.tool.number) {
+                tools.push(one);
+            }
+        }
+        tools
+    }
+}
+
 /// Writes the setup sheet.
 ///
 /// # Errors

@@ -99,14 +99,23 @@ pub fn sections(
 ) -> Result<Vec<Vec<usize>>, WriteError> {
     let mut writer: Option<ProgramWriter> = None;
     let mut ends = Vec::new();
-    let changes = changes(sections);
+    let tool = |of: &ToolSection<'_>| SheetTool {
+        tool: of.note.tool,
+        length: of.kinematics.setup().tool_length,
+    };
+    let tools = SheetTool::each_once(sections.iter().map(tool));
     for section in sections {
         let &ToolSection { kinematics, note, blocks } = section;
         let first = blocks.first().ok_or(WriteError::Empty)?;
         let start = WrittenPosition { q: &first.q, pose: &first.pose };
         let mut at_start = match writer.take() {
             None => {
-                let form = ProgramForm { note, style, template, changes: &changes };
+                let form = ProgramForm {
+                    note,
+                    style,
+                    template,
+                    changes: tools.get(1..).unwrap_or_default(),
+                };
                 ProgramWriter::new(out, kinematics, form, start)?
             }
             Some(mut before) => {
@@ -120,19 +129,6 @@ pub fn sections(
     }
     writer.ok_or(WriteError::Empty)?.finish(out);
     Ok(ends)
-}
-
-/// Returns the tools behind the first, each once.
-fn changes(sections: &[ToolSection<'_>]) -> Vec<SheetTool> {
-    let mut tools: Vec<SheetTool> = Vec::new();
-    for section in sections {
-        let (tool, length) = (section.note.tool, section.kinematics.setup().tool_length);
-        if tools.iter().all(|known| known.tool.number != tool.number) {
-            tools.push(SheetTool { tool, length });
-        }
-    }
-    tools.drain(..1.min(tools.len()));
-    tools
 }
 
 /// Writes the blocks of a section behind its starting position.

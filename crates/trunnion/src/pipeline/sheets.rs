@@ -48,14 +48,11 @@ pub(super) fn sheets(
 
 /// Returns the tools of the operations, each once.
 fn sheet_tools(operations: &[OperationMotion<'_>]) -> Vec<SheetTool> {
-    let mut tools: Vec<SheetTool> = Vec::new();
-    for job in operations.iter().map(|one| one.job) {
-        let tool = note(job, 0.0).tool;
-        if tools.iter().all(|known| known.tool.number != tool.number) {
-            tools.push(SheetTool { tool, length: job.cutter.length() });
-        }
-    }
-    tools
+    let tool = |one: &OperationMotion<'_>| SheetTool {
+        tool: note(one.job, 0.0).tool,
+        length: one.job.cutter.length(),
+    };
+    SheetTool::each_once(operations.iter().map(tool))
 }
 
 /// Legs of an operation.

@@ -136,6 +136,13 @@ fn each_operation_has_its_own_program(outcome: &Outcome) {
     let calls = |text: &str, tool: &str| text.lines().any(|line| line.contains(tool));
     assert!(calls(&first.text, "T1 M6") && !calls(&first.text, "T2 M6"));
     assert!(calls(&second.text, "T2 M6") && !calls(&second.text, "T1 M6"));
+    // Every head names the tools of its program, in the order of their cuts.
+    let named = |text: &str| -> Vec<String> {
+        let tools = text.lines().filter_map(|line| line.split_once("tool     "));
+        tools.filter_map(|(_, of)| of.split_whitespace().next().map(str::to_owned)).collect()
+    };
+    assert_eq!(named(&program.text), ["T1", "T2"]);
+    assert_eq!([named(&first.text), named(&second.text)].concat(), ["T1", "T2"]);
 }
 
 #[test]

@@ -257,6 +257,20 @@ fn the_tool_axis_can_be_held_near_a_direction() {
     assert!(held.front_min >= 0.0 && held.rear_min >= 0.0);
 }
 
+/// At the rim of a trough of 12 mm the circle of the corner keeps the band where it is sampled, and the rest of the tool goes
+/// into the other wall.
+#[test]
+fn a_tool_far_too_wide_for_a_trough_is_refused_with_the_depth_of_its_gouge() {
+    let row = |x: f64, z: f64| [-3.0, 0.0, 3.0].map(|y| Point3::new(x, y, z)).to_vec();
+    let trough = bezier(vec![row(-6.0, 9.0), row(0.0, -9.0), row(6.0, 9.0)]);
+    let bull = cutter(10.0, 6.0);
+    let at = Uv::new(0.0, 0.5);
+    let request = LocationRequest { at, ..request(&trough, &bull, [0.0, 1.0]) };
+    let refused = widest_strip(&request, None).unwrap_err();
+    let PositioningError::NoStrip { excess, .. } = refused else { panic!("{refused}") };
+    assert!(excess > 1.0, "{excess}");
+}
+
 #[test]
 fn what_does_not_fit_is_refused_with_the_reason() {
     let bull = cutter(10.0, 6.0);

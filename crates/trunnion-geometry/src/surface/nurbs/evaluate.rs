@@ -92,36 +92,33 @@ impl NurbsSurface {
     #[inline]
     pub(crate) fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
         let ([x, du], [y, dv]) = (self.inside(0, u), self.inside(1, v));
-        if du != 0.0 || dv != 0.0 {
-            let by = [du, dv];
-            return match self.degree() {
-                [2, 1] => self.extended_unrolled::<3, 2>(x, y, by),
-                [2, 2] => self.extended_unrolled::<3, 3>(x, y, by),
-                [2, 3] => self.extended_unrolled::<3, 4>(x, y, by),
-                [3, 2] => self.extended_unrolled::<4, 3>(x, y, by),
-                [3, 3] => self.extended_unrolled::<4, 4>(x, y, by),
-                _ if self.is_small() => {
-                    SurfaceJet2::from_table(&self.extended::<2, SMALL>(x, y, by))
-                }
-                _ => SurfaceJet2::from_table(&self.extended::<2, LARGE>(x, y, by)),
-            };
-        }
+        let by = [du, dv];
         match self.degree() {
-            [2, 1] => self.unrolled::<3, 2>(x, y),
-            [2, 2] => self.unrolled::<3, 3>(x, y),
-            [2, 3] => self.unrolled::<3, 4>(x, y),
-            [3, 2] => self.unrolled::<4, 3>(x, y),
-            [3, 3] => self.unrolled::<4, 4>(x, y),
-            _ => SurfaceJet2::from_table(&self.table::<2>(x, y)),
+            [2, 1] => self.unrolled::<3, 2>(x, y, by),
+            [2, 2] => self.unrolled::<3, 3>(x, y, by),
+            [2, 3] => self.unrolled::<3, 4>(x, y, by),
+            [3, 2] => self.unrolled::<4, 3>(x, y, by),
+            [3, 3] => self.unrolled::<4, 4>(x, y, by),
+            _ => SurfaceJet2::from_table(&self.table::<2>(u, v)),
         }
     }
 
-    /// Evaluates [`NurbsSurface::jet2`] inside the domain, `M` by `N` points a patch.
+    /// Evaluates [`NurbsSurface::jet2`] at a place of the domain or beyond it by a step, `M` by `N` points a patch.
     #[inline]
-    fn unrolled<const M: usize, const N: usize>(&self, u: f64, v: f64) -> SurfaceJet2 {
+    fn unrolled<const M: usize, const N: usize>(
+        &self,
+        u: f64,
+        v: f64,
+        by: [f64; 2],
+    ) -> SurfaceJet2 {
         let ((i, s, by_u), (j, t, by_v)) = (self.place(0, u), self.place(1, v));
         let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
         let block = self.block(i, j);
+        if by.iter().any(|x| *x != 0.0) {
+            // A wide cutter over a small face reads most of its distances here.
+            let net = contract_unrolled::<M, N>(block, &bu, &bv);
+            return SurfaceJet2::from_table(&self.continued::<2>(&net, by, [2, 2]));
+        }
         let (low, high) = (sums::<M, N>(block, 0, &bu, &bv), sums::<M, N>(block, 2, &bu, &bv));
         let whole = |k: usize| Vector4::new(low[k][0], low[k][1], high[k][0], high[k][1]);
         let sums = [0, 1, 2, 3, 4, 5].map(whole);
@@ -148,21 +145,6 @@ impl NurbsSurface {
         let local = self.local::<N>(u, v, orders);
         let net = contract_all(&local, self.knots[1].degree(), orders);
         self.continued::<ORDER>(&net, by, orders)
-    }
-
-    /// Evaluates [`NurbsSurface::extended`] to order 2, `M` by `N` points a patch: a wide cutter over a small face reads
-    /// most of its distances there.
-    #[inline]
-    fn extended_unrolled<const M: usize, const N: usize>(
-        &self,
-        u: f64,
-        v: f64,
-        by: [f64; 2],
-    ) -> SurfaceJet2 {
-        let ((i, s, by_u), (j, t, by_v)) = (self.place(0, u), self.place(1, v));
-        let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
-        let net = contract_unrolled::<M, N>(self.block(i, j), &bu, &bv);
-        SurfaceJet2::from_table(&self.continued::<2>(&net, by, [2, 2]))
     }
 
     /// Continues derivatives at the border, up to the orders by u and v, beyond it.

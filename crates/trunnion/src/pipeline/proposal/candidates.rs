@@ -18,7 +18,7 @@ const SAMPLES: f64 = 60.0;
 pub(super) const REACHED: f64 = 0.5;
 
 /// Cosine between normal and z up to which a face is a wall: two degrees to either side of the horizon.
-const WALL: f64 = 0.035;
+pub(super) const WALL: f64 = 0.035;
 
 /// The same for planes and straight walls, which a tool that leans under them may cut: 30 degrees below the horizon.
 const OVERHANG: f64 = 0.5;
@@ -51,26 +51,27 @@ pub(super) struct SampledFace {
 
 /// Direction in which most of a face looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum FaceView {
+pub(super) enum FaceView {
     Up,
     Wall,
     Down,
 }
 
-impl SampledFace {
-    /// Returns the view of the face; it looks down where its normal is below the horizon by more than `overhang`, a sine.
-    fn view(&self, overhang: f64) -> FaceView {
-        let count = |looks: &dyn Fn(f64) -> bool| {
-            let found = self.samples.iter().filter(|sample| looks(sample.normal.z)).count();
-            found as f64 >= REACHED * self.samples.len() as f64
+impl FaceView {
+    /// Returns the view of a face by its normals, their sines above the horizon; it looks down where they are below that by
+    /// more than `overhang`.
+    pub(super) fn of(normals: &[f64], overhang: f64) -> Self {
+        let most = |looks: &dyn Fn(f64) -> bool| {
+            let found = normals.iter().filter(|sine| looks(**sine)).count();
+            found as f64 >= REACHED * normals.len() as f64
         };
         // A dome that goes a little below its equator is still worth cutting.
-        if count(&|z| z < -overhang) {
-            FaceView::Down
-        } else if count(&|z| z > WALL) {
-            FaceView::Up
+        if most(&|sine| sine < -overhang) {
+            Self::Down
+        } else if most(&|sine| sine > WALL) {
+            Self::Up
         } else {
-            FaceView::Wall
+            Self::Wall
         }
     }
 }
@@ -97,7 +98,8 @@ impl<'a> CandidateFaces<'a> {
         let mut candidates = Vec::new();
         for face in sampled {
             let overhang = if is_prismatic(&faces[face.index]) { OVERHANG } else { WALL };
-            let reason = match face.view(overhang) {
+            let normals: Vec<f64> = face.samples.iter().map(|sample| sample.normal.z).collect();
+            let reason = match FaceView::of(&normals, overhang) {
                 FaceView::Up => None,
                 FaceView::Down => Some(FaceReason::Down),
                 FaceView::Wall if wanted.is_some() || !part.holds_at(face.low) => None,

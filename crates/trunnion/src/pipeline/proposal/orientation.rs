@@ -1,5 +1,7 @@
 //! Orientation of a part: the side of it that looks up.
 
+use super::candidates::{FaceView, WALL};
+use super::part_measure::HELD;
 use crate::drop_cutter::{CuttingEnd, DropIndex};
 use crate::import::inspect::{self, FaceSummary};
 use crate::math;
@@ -8,6 +10,7 @@ use crate::types::Mesh;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::Range;
 
 /// Rotations about x, y and z by which each side of a part comes up \[rad\]; as it is drawn first.
 const SIDES: [[f64; 3]; 6] = [
@@ -44,14 +47,11 @@ const CHORD: f64 = 0.002;
 /// Distance from the convex hull of the part within which a point is one of the raw block, as a share of the part's size.
 const OUTSIDE: f64 = 1e-3;
 
-/// Largest fall of the normal of a face that does not look down: two degrees.
-const WALL: f64 = 0.035;
-
 /// Returns the angles about x, y and z \[rad\] by which the part is turned so that a tool reaches most of it from above;
 /// `None` where no side gains much over that of the drawing.
 ///
 /// Points on the convex hull of the part do not count: raw material has them, whichever way it lies. Of a convex part those
-/// count that look up, off the box round it.
+/// count that look up, off the box round it. Outer walls down to the bottom do not count either: no proposal cuts them.
 pub(super) fn choose(faces: &[Face]) -> Option<[f64; 3]> {
     let part = SampledPart::new(faces)?;
     let reached: Vec<ReachedSamples> =
@@ -66,10 +66,27 @@ pub(super) fn choose(faces: &[Face]) -> Option<[f64; 3]> {
     best.1
 }
 
+/// Sample of a face of a part.
+#[derive(Clone, Copy)]
+struct PartSample {
+    sample: FaceSample,
+    /// Area for which it stands \[mm²\].
+    area: f64,
+    /// Index of its face.
+    face: usize,
+}
+
+/// Normals of a face, and its vertices among those of the part.
+struct FaceShape {
+    normals: Vec<Vector3<f64>>,
+    vertices: Range<usize>,
+}
+
 /// Samples of the faces of a part, and triangles of all of them.
 struct SampledPart {
-    /// Samples that raw material does not have, each with the area for which it stands \[mm²\].
-    samples: Vec<(FaceSample, f64)>,
+    /// Samples that raw material does not have.
+    samples: Vec<PartSample>,
+    shapes: Vec<FaceShape>,
     /// `true` if all of the part is on its hull: then they are those off the box round it.
     is_convex: bool,
     mesh: Mesh,
@@ -101,27 +118,40 @@ impl SampledPart {
                 (samples, mesh)
             })
             .collect();
-        let mut part =
-            Self { samples: Vec::new(), is_convex: false, mesh: Mesh::default(), axis: None, size };
-        for ((samples, mesh), summary) in sampled.into_iter().zip(&summaries) {
-            let each = summary.area / samples.len().max(1) as f64;
-            part.samples.extend(samples.into_iter().map(|sample| (sample, each)));
+        let samples = Vec::new();
+        let mut part = Self {
+            samples,
+            shapes: Vec::new(),
+            is_convex: false,
+            mesh: Mesh::default(),
+            axis: None,
+            size,
+        };
+        for (face, ((samples, mesh), summary)) in sampled.into_iter().zip(&summaries).enumerate() {
+            let area = summary.area / samples.len().max(1) as f64;
+            let normals = samples.iter().map(|sample| sample.normal.into_inner()).collect();
+            part.samples.extend(samples.into_iter().map(|sample| PartSample {
+                sample,
+                area,
+                face,
+            }));
+            let first = part.mesh.vertices.len();
             part.add(mesh);
+            part.shapes.push(FaceShape { normals, vertices: first..part.mesh.vertices.len() });
         }
         // No solid looks down all over: these faces are a sheet, which is cut on its other side.
-        if part.samples.iter().all(|(sample, _)| sample.normal.z < -WALL) {
+        if part.samples.iter().all(|one| one.sample.normal.z < -WALL) {
             return None;
         }
         part.axis = part.axis_of_disc();
         let vertices = &part.mesh.vertices;
-        let is_inside = |(sample, _): &&(FaceSample, f64)| {
+        let is_inside = |PartSample { sample, .. }: &&PartSample| {
             vertices.iter().any(|v| (v - sample.point).dot(&sample.normal) > OUTSIDE * size)
         };
-        let inside: Vec<(FaceSample, f64)> =
-            part.samples.par_iter().filter(is_inside).copied().collect();
+        let inside: Vec<PartSample> = part.samples.par_iter().filter(is_inside).copied().collect();
         part.is_convex = inside.is_empty();
         if part.is_convex {
-            part.samples.retain(|(sample, _)| !is_on_box(sample, [low, high], OUTSIDE * size));
+            part.samples.retain(|one| !is_on_box(&one.sample, [low, high], OUTSIDE * size));
         } else {
             part.samples = inside;
         }
@@ -130,13 +160,13 @@ impl SampledPart {
 
     /// Returns the index of the axis about which the second moments of the faces are those of a disc, if there is one.
     fn axis_of_disc(&self) -> Option<usize> {
-        let total: f64 = self.samples.iter().map(|(_, area)| area).sum();
+        let total: f64 = self.samples.iter().map(|one| one.area).sum();
         let mean: Vector3<f64> =
-            self.samples.iter().map(|(sample, area)| sample.point.coords * (area / total)).sum();
+            self.samples.iter().map(|one| one.sample.point.coords * (one.area / total)).sum();
         let moments: Matrix3<f64> = self
             .samples
             .iter()
-            .map(|(sample, area)| {
+            .map(|PartSample { sample, area, .. }| {
                 let apart = sample.point.coords - mean;
                 apart * apart.transpose() * (area / total)
             })
@@ -167,7 +197,7 @@ impl SampledPart {
         let mesh = Mesh { vertices, triangles: self.mesh.triangles.clone() };
         let index = DropIndex::new(&mesh).ok();
         let end = CuttingEnd::round(0.0, (BALL - 2.0 * CHORD) * self.size);
-        let one = |(sample, _): &(FaceSample, f64)| {
+        let one = |PartSample { sample, .. }: &PartSample| {
             let Some(index) = &index else { return false };
             let centre = rotation * (sample.point.coords + sample.normal.scale(BALL * self.size));
             let contact = index.lowered(&end, [centre.x, centre.y]);
@@ -177,20 +207,38 @@ impl SampledPart {
         ReachedSamples { axis, samples: self.samples.iter().map(one).collect() }
     }
 
+    /// Returns for every face whether it is none of the outer walls down to the bottom, where the part is held.
+    fn faces_off_the_bottom(&self, up: &Vector3<f64>) -> Vec<bool> {
+        let heights: Vec<f64> =
+            self.mesh.vertices.iter().map(|vertex| vertex.coords.dot(up)).collect();
+        let low = |of: &[f64]| of.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let bottom = low(&heights);
+        let held = bottom + HELD * (high - bottom);
+        let is_off = |shape: &FaceShape| {
+            let normals: Vec<f64> = shape.normals.iter().map(|normal| normal.dot(up)).collect();
+            let view = FaceView::of(&normals, WALL);
+            view != FaceView::Wall || low(&heights[shape.vertices.clone()]) > held
+        };
+        self.shapes.iter().map(is_off).collect()
+    }
+
     /// Returns the sum of the areas that are reached upright and from above at all, once the part is turned \[mm²\]; of a
     /// convex part the area that looks up.
     fn area(&self, angles: &[f64; 3], reached: &[ReachedSamples]) -> f64 {
         let up = math::exact_rotation_of_xyz((*angles).into()).inverse() * Vector3::z();
+        let is_cut = self.faces_off_the_bottom(&up);
         let within = |least: f64| {
             let from: Vec<&ReachedSamples> =
                 reached.iter().filter(|found| found.axis.dot(&up) >= least).collect();
             let is_reached = |at: usize| from.iter().any(|found| found.samples[at]);
-            let areas = self.samples.iter().map(|(_, area)| area).enumerate();
-            areas.filter(|(at, _)| is_reached(*at)).map(|(_, area)| area).sum::<f64>()
+            let all = self.samples.iter().enumerate();
+            let cut = all.filter(|(at, one)| is_cut[one.face] && is_reached(*at));
+            cut.map(|(_, one)| one.area).sum::<f64>()
         };
         let slopes = || {
-            let looks_up = |(sample, _): &&(FaceSample, f64)| sample.normal.dot(&up) > WALL;
-            self.samples.iter().filter(looks_up).map(|(_, area)| area).sum::<f64>()
+            let looks_up = |one: &&PartSample| one.sample.normal.dot(&up) > WALL;
+            self.samples.iter().filter(looks_up).map(|one| one.area).sum::<f64>()
         };
         let is_flat = self.axis.is_some_and(|axis| up[axis].abs() >= UPRIGHT);
         let factor = if is_flat { FLAT } else { 1.0 };
@@ -251,5 +299,12 @@ mod tests {
                 assert!((up - Vector3::z()).norm() < 1e-12, "{name} lying by {angles:?}: {up}");
             }
         }
+    }
+
+    /// Lying, its wavy top and bottom are walls down to the table: seen at a slant, they count for both, and no job cuts them.
+    #[test]
+    fn a_block_with_a_wavy_top_stays_as_it_is_drawn() {
+        let step = include_bytes!("../../../../../fixtures/step/wavy_block.step");
+        assert_eq!(choose(&part(step)), None);
     }
 }

@@ -10,7 +10,7 @@ pub(super) const LARGEST: f64 = 0.5;
 
 /// Distance of a wall from the bottom of the part, below which it stands where the part is held, as a share of the
 /// part's height.
-const HELD: f64 = 0.01;
+pub(super) const HELD: f64 = 0.01;
 
 /// Box around a part.
 pub(super) struct PartMeasure {

@@ -19,8 +19,8 @@ const SAMPLES: u32 = 72;
 /// Share of the band to which bounds between samples are refined.
 const SHARE: f64 = 0.05;
 
-/// Bands by which a sample has to be too low so that what gaps hide beside it changes nothing: the location is refused.
-const DEEP: f64 = 10.0;
+/// Bands by which a location is so far too low that what hides between its samples changes nothing.
+pub(crate) const DEEP: f64 = 10.0;
 
 /// Bisections of one gap: each quarters the distance of bound and value.
 const DEPTH: u32 = 6;

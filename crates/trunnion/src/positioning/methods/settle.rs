@@ -3,7 +3,7 @@
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::body::check_body;
 use crate::positioning::check::cutting_zone::{TOUCHING, cuts_there, within_cutting};
-use crate::positioning::check::survey::{CircleSurvey, GapRefinement};
+use crate::positioning::check::survey::{CircleSurvey, DEEP, GapRefinement};
 use crate::positioning::distance::circle::ErrorCircle;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
@@ -21,10 +21,6 @@ use crate::types::{ToolPose, Uv};
 /// Times the dense measurement may restart the search. The remaining breach falls with its square, so
 /// if any number suffices, a few do.
 const NARROWINGS: usize = 4;
-
-/// Bands by which the fine sampling may break the band and yet have its restarts: a breach that is deeper has to fall to
-/// half with each.
-const DEEP: f64 = 10.0;
 
 /// Measures the optimum densely. Where that finds a breach between the samples, the search goes on
 /// with more samples, and then with the band narrowed from below by the remaining breach.
@@ -47,6 +43,7 @@ pub(crate) fn settle(
         // First more samples; if the gouge stays with the fine sampling, the band is narrowed by
         // twice of it.
         let missing = request.band.lower - strip.front_min.min(strip.rear_min);
+        // A breach as deep as that has to fall to half with each restart.
         if missing > deep && missing > 0.5 * before {
             return Err(broken_by(request, &optimum, missing));
         }
