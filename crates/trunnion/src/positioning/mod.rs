@@ -38,6 +38,7 @@ pub use location::CutterLocation;
 pub use methods::method::{PlacementMethod, place};
 pub use methods::nested::NestedGrid;
 pub use methods::widest::{widest_strip, with_inclination, with_lead};
+pub(crate) use methods::widest::{widest_strip_counted, with_inclination_counted};
 pub use report::picture::{comparison_picture, error_picture};
 pub use report::trace::{ErrorTrace, TracePoint, trace};
 pub use request::{

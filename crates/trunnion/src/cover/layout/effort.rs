@@ -3,8 +3,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Work of a search without result, in locations found: a search fails only after every initial guess was tried.
+/// Least work of a search without result, in locations found: a search fails only after every initial guess was tried.
 const MISS: u64 = 10;
+
+/// Closest-point queries of a search without result that are as much work as a location found.
+const QUERIES: u64 = 400;
 
 /// Work of checking a span for gouges, in locations.
 const SPAN: u64 = 2;
@@ -25,8 +28,8 @@ const FACE: f64 = 5000.0;
 pub(crate) enum SearchOutcome {
     /// There is a location, or its absence was found at once.
     Found,
-    /// Every initial guess failed.
-    Missed,
+    /// Every initial guess failed, after so many closest-point queries.
+    Missed { queries: u64 },
 }
 
 /// Counter that threads may share: a sum does not depend on its order.
@@ -43,7 +46,7 @@ impl WorkCounter {
     pub(crate) fn location(&self, outcome: SearchOutcome) {
         self.add(match outcome {
             SearchOutcome::Found => 1,
-            SearchOutcome::Missed => MISS,
+            SearchOutcome::Missed { queries } => MISS.max(queries / QUERIES),
         });
     }
 
@@ -64,5 +67,20 @@ impl WorkCounter {
 
     fn add(&self, units: u64) {
         self.0.fetch_add(units, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_search_without_result_counts_by_its_queries() {
+        let work = WorkCounter::default();
+        work.location(SearchOutcome::Found);
+        work.location(SearchOutcome::Missed { queries: 100 });
+        assert_eq!(work.done(), 1 + MISS);
+        work.location(SearchOutcome::Missed { queries: 60_000 });
+        assert_eq!(work.done(), 1 + MISS + 60_000 / QUERIES);
     }
 }

@@ -4,7 +4,7 @@ use crate::cover::layout::effort::{SearchOutcome, WorkCounter};
 use crate::cover::options::CoverOptions;
 use crate::cutter::Cutter;
 use crate::math;
-use crate::positioning::{LocationRequest, StripSide, widest_strip};
+use crate::positioning::{LocationRequest, StripSide, widest_strip_counted};
 use crate::surface::FaceIndex;
 use crate::types::Interval;
 use nalgebra::{Unit, Vector3};
@@ -108,13 +108,16 @@ impl StripWidthTable {
                         offset_range: options.offset_range,
                         axis_cone: None,
                     };
-                    let found = widest_strip(&request, warm.as_ref()).or_else(|error| match warm {
-                        Some(_) => widest_strip(&request, None),
+                    let mut queries = 0;
+                    let mut search =
+                        |warm: Option<&_>| widest_strip_counted(&request, warm, &mut queries);
+                    let found = search(warm.as_ref()).or_else(|error| match warm {
+                        Some(_) => search(None),
                         None => Err(error),
                     });
                     work.location(match found {
                         Ok(_) => SearchOutcome::Found,
-                        Err(_) => SearchOutcome::Missed,
+                        Err(_) => SearchOutcome::Missed { queries },
                     });
                     warm = found.ok();
                     warm.as_ref().map_or(narrow, |location| location.strip_width.max(narrow))

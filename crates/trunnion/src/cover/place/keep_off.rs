@@ -4,7 +4,6 @@ use super::candidate::{
     CandidatePass, LocationLimits, LocationResult, LocationStart, PlacedStation, TrackPoint,
 };
 use super::tool_fit::ContactPoint;
-use crate::cover::layout::effort::SearchOutcome;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
@@ -91,10 +90,9 @@ impl CandidatePass<'_> {
         let (rate, chart) = (self.rate_across(), self.chart);
         let at = |back: f64| {
             let across = self.across - back / rate;
-            let found = self.search(TrackPoint { across, arc }, limits, start).ok();
-            let missed = found.is_none();
-            self.work.location(if missed { SearchOutcome::Missed } else { SearchOutcome::Found });
-            found
+            let (found, outcome) = self.search(TrackPoint { across, arc }, limits, start);
+            self.work.location(outcome);
+            found.ok()
         };
         let useful = |placed: &PlacedStation| placed.far(chart)[0] > self.across;
         // Step 1: doubling steps back until there is a location.

@@ -10,8 +10,8 @@ use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::KeepOff;
 use crate::math;
 use crate::positioning::{
-    ContactSide, CutterLocation, PositioningError, ToleranceBand, ToolInclination, widest_strip,
-    with_inclination,
+    ContactSide, CutterLocation, PositioningError, ToleranceBand, ToolInclination,
+    widest_strip_counted, with_inclination_counted,
 };
 use crate::types::{Station, ToolPose, Uv};
 use nalgebra::{Unit, Vector3};
@@ -34,10 +34,10 @@ impl CandidatePass<'_> {
         limits: &LocationLimits,
         start: LocationStart<'_>,
     ) -> LocationResult {
-        let place = self.search(TrackPoint { across: self.across, arc }, limits, start);
+        let at = TrackPoint { across: self.across, arc };
+        let (place, outcome) = self.search(at, limits, start);
         let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
-        let quick = place.is_ok() || far;
-        self.work.location(if quick { SearchOutcome::Found } else { SearchOutcome::Missed });
+        self.work.location(if far { SearchOutcome::Found } else { outcome });
         place
     }
 
@@ -49,7 +49,7 @@ impl CandidatePass<'_> {
         // Of many inclinations few are expected to serve: one that does not counts as one that does.
         self.work.location(SearchOutcome::Found);
         let at = TrackPoint { across: self.across, arc };
-        self.search(at, &self.free(), LocationStart::cold(lean))
+        self.search(at, &self.free(), LocationStart::cold(lean)).0
     }
 
     /// Returns `true` if an inclination gives a location on the track.
@@ -66,11 +66,25 @@ impl CandidatePass<'_> {
         at: TrackPoint,
         limits: &LocationLimits,
         start: LocationStart<'_>,
+    ) -> (LocationResult, SearchOutcome) {
+        let mut queries = 0;
+        let place = self.search_counted(at, limits, start, &mut queries);
+        let found = place.is_ok();
+        (place, if found { SearchOutcome::Found } else { SearchOutcome::Missed { queries } })
+    }
+
+    fn search_counted(
+        &self,
+        at: TrackPoint,
+        limits: &LocationLimits,
+        start: LocationStart<'_>,
+        queries: &mut u64,
     ) -> LocationResult {
         let mut band = self.options.band;
         let highest = band.lower + RAISED * (band.upper - band.lower);
         loop {
-            let CheckedLocation { location, barred } = self.location(band, at, limits, start)?;
+            let CheckedLocation { location, barred } =
+                self.location(band, at, limits, start, queries)?;
             let uv = self.chart.uv([at.across, self.track.at(at.arc)]);
             match barred {
                 None => return self.placed(at, start.lean, location),
@@ -91,6 +105,7 @@ impl CandidatePass<'_> {
         at: TrackPoint,
         limits: &LocationLimits,
         start: LocationStart<'_>,
+        queries: &mut u64,
     ) -> Result<CheckedLocation, PositioningError> {
         let request = crate::positioning::LocationRequest {
             band,
@@ -105,8 +120,10 @@ impl CandidatePass<'_> {
             return Err(PositioningError::OutOfReach { uv: request.at });
         }
         let location = match self.method {
-            PlacementMethod::Widest => widest_strip(&request, start.warm)?,
-            PlacementMethod::Inclined => with_inclination(&request, start.lean, start.warm)?,
+            PlacementMethod::Widest => widest_strip_counted(&request, start.warm, queries)?,
+            PlacementMethod::Inclined => {
+                with_inclination_counted(&request, start.lean, start.warm, queries)?
+            }
         };
         let mut barred = self.keep_off.check(&location.pose, request.at).err();
         if self.cutter.is_barrel() {

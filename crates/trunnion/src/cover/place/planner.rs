@@ -148,7 +148,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         if self.badly_begun {
             return Ok(None);
         }
-        if self.work > self.limits.all {
+        if self.work > self.limits.all || self.is_hopeless() {
             let [_, end] = region.bounds[0];
             let left = self.context.uv_range([[across, end], region.bounds[1]]);
             self.placed.missed.push(left);
@@ -221,7 +221,12 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let width = self.share * self.context.area() / self.placed.report.length;
         rectangle.method == PlacementMethod::Widest
             && self.share < WELL_BEGUN
-            && (used > 1.0 || used > EARLY && width < self.context.narrow())
+            && (used > 1.0 || used > EARLY && width < self.context.narrow() || self.is_hopeless())
+    }
+
+    /// Returns `true` if the work that usually finishes the face has placed nothing.
+    fn is_hopeless(&self) -> bool {
+        self.placed.report.length <= 0.0 && self.work as f64 > self.context.usual_work()
     }
 
     /// Goes on from a track that is a point. The first pass with a length finishes what lies before it, or it is left.

@@ -64,11 +64,6 @@ impl<'a> FaceProbe<'a> {
         self.face
     }
 
-    /// Returns another probe that goes on counting.
-    pub(crate) fn again(&self) -> Self {
-        Self { ..*self }
-    }
-
     /// Reads the distance of `p`, whose foot is expected near `guess`: as a rule one evaluation of
     /// the surface.
     pub(crate) fn read(

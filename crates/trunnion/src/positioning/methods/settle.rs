@@ -29,14 +29,14 @@ pub(crate) fn settle(
     problem: &StripProblem,
     mut optimum: LocalOptimum,
     ranges: SearchRanges,
-    mut probe: FaceProbe,
+    probe: &mut FaceProbe,
 ) -> Result<CutterLocation, PositioningError> {
     let mut problem = StripProblem { ..*problem };
     let deep = DEEP * (request.band.upper - request.band.lower);
     let mut before = f64::INFINITY;
     for _ in 0..NARROWINGS {
         let strip =
-            measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
+            measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, probe)?;
         if keeps(request.band, &strip, &optimum) {
             return finish(request, &problem, &optimum, &strip, probe);
         }
@@ -52,13 +52,12 @@ pub(crate) fn settle(
             problem.band.lower += 2.0 * missing;
         }
         problem.intervals = FINE;
-        match problem.climb(&restart_from(&optimum, ranges), ARRIVED, &mut probe)? {
+        match problem.climb(&restart_from(&optimum, ranges), ARRIVED, probe)? {
             Some(better) => optimum = better,
             None => break,
         }
     }
-    let strip =
-        measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
+    let strip = measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, probe)?;
     if is_clear(request.band, &strip) && strip.width > 0.0 {
         return finish(request, &problem, &optimum, &strip, probe);
     }
@@ -130,7 +129,7 @@ pub(crate) fn finish(
     problem: &StripProblem,
     optimum: &LocalOptimum,
     strip: &MeasuredStrip,
-    mut probe: FaceProbe,
+    probe: &mut FaceProbe,
 ) -> Result<CutterLocation, PositioningError> {
     let placement = &optimum.state.placement;
     let frame = &problem.frame;
@@ -138,7 +137,7 @@ pub(crate) fn finish(
     let pose = placement.pose(frame.minor);
     cuts_there(&setting, &pose, strip)?;
     touches_where_it_cuts(&setting, &pose, optimum)?;
-    check_body(&setting, &pose, request.at, &mut probe)?;
+    check_body(&setting, &pose, request.at, probe)?;
     let (contact_angles, active) = binding(request, optimum);
     let found = LocationParts {
         pose,

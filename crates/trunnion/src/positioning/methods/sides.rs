@@ -7,7 +7,7 @@ use crate::positioning::request::{ContactSide, LocationRequest};
 /// Searches on the allowed sides of the cutter and returns the wider location.
 pub(crate) fn on_sides(
     request: &LocationRequest,
-    find: impl Fn(ContactSide) -> Result<CutterLocation, PositioningError>,
+    mut find: impl FnMut(ContactSide) -> Result<CutterLocation, PositioningError>,
 ) -> Result<CutterLocation, PositioningError> {
     match request.side {
         ContactSide::Either => {

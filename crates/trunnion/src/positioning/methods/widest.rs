@@ -67,11 +67,20 @@ pub fn widest_strip(
     request: &LocationRequest,
     warm: Option<&CutterLocation>,
 ) -> Result<CutterLocation, PositioningError> {
+    widest_strip_counted(request, warm, &mut 0)
+}
+
+/// Does what [`widest_strip`] does, and adds the closest-point queries that the search took to `queries`.
+pub(crate) fn widest_strip_counted(
+    request: &LocationRequest,
+    warm: Option<&CutterLocation>,
+    queries: &mut u64,
+) -> Result<CutterLocation, PositioningError> {
     request.validate()?;
     let rotation = Interval::new(-MOST_ROTATION, MOST_ROTATION);
     on_sides(request, |side| {
         if !request.cutter.touches_in_one_point() {
-            search_side(request, side, warm, rotation)
+            search_side(request, side, warm, rotation, queries)
         } else if request.cutter.is_barrel() {
             barrel_location(request, side)
         } else {
@@ -165,6 +174,16 @@ pub fn with_inclination(
     lean: ToolInclination,
     warm: Option<&CutterLocation>,
 ) -> Result<CutterLocation, PositioningError> {
+    with_inclination_counted(request, lean, warm, &mut 0)
+}
+
+/// Does what [`with_inclination`] does, and adds the closest-point queries that the search took to `queries`.
+pub(crate) fn with_inclination_counted(
+    request: &LocationRequest,
+    lean: ToolInclination,
+    warm: Option<&CutterLocation>,
+    queries: &mut u64,
+) -> Result<CutterLocation, PositioningError> {
     let turned = lean.towards.filter(|_| !request.cutter.touches_in_one_point());
     // The chord lies square to the inclination: alpha turns it from the strip side towards the feed.
     let offset_range = turned.map_or(request.offset_range, |towards| Interval::point(-towards));
@@ -175,7 +194,8 @@ pub fn with_inclination(
             return ball_location(request, side, lean);
         }
         let least = lean.angle.min(MOST_ROTATION);
-        let mut location = search_side(request, side, warm, Interval::new(least, MOST_ROTATION))?;
+        let range = Interval::new(least, MOST_ROTATION);
+        let mut location = search_side(request, side, warm, range, queries)?;
         if location.rotation <= lean.angle {
             location.active.push(ActiveConstraint::GivenLead);
         }

@@ -23,19 +23,32 @@ const NARROWED: f64 = 0.9;
 /// Share of the least strip below which a neighbour's lead has ended in nothing.
 const SLIVER: f64 = 0.25;
 
-/// Searches the widest strip on one side of the cutter.
+/// Searches the widest strip on one side of the cutter, and adds the closest-point queries that it took to `queries`.
 pub(crate) fn search_side(
     request: &LocationRequest,
     side: ContactSide,
     warm: Option<&CutterLocation>,
     rotation_range: Interval,
+    queries: &mut u64,
 ) -> Result<CutterLocation, PositioningError> {
     let mut probe = FaceProbe::new(request.face);
+    let found = search(request, side, warm, rotation_range, &mut probe);
+    *queries += u64::from(probe.queries);
+    found
+}
+
+fn search(
+    request: &LocationRequest,
+    side: ContactSide,
+    warm: Option<&CutterLocation>,
+    rotation_range: Interval,
+    probe: &mut FaceProbe,
+) -> Result<CutterLocation, PositioningError> {
     // The search works in the inner band, so that a breach within the margin still keeps the outer
     // one.
     let (band, margin) = (request.band.inner(), request.band.margin());
     let inner = LocationRequest { band, ..*request };
-    let frame = EndPointFrame::new(&inner, side, &mut probe)?;
+    let frame = EndPointFrame::new(&inner, side, probe)?;
     let concave = frame.first.curvatures()[1];
     // k (r + e) >= 1: the offset surface folds over, and no corner of radius r reaches the point.
     if concave * frame.lift >= 1.0 {
@@ -51,17 +64,17 @@ pub(crate) fn search_side(
     let mut found = Vec::new();
     // A neighbour's location is nearly optimal here: a few steps from it replace the whole search.
     if let Some(warm) = warm
-        && let Some(location) = side_search.beside(warm, &mut found, &mut probe)?
+        && let Some(location) = side_search.beside(warm, &mut found, probe)?
     {
         return Ok(location);
     }
     match warm {
         Some(warm) if side_search.is_held() => {
-            side_search.climb_from_inclined_start(warm, &mut found, &mut probe)?;
+            side_search.climb_from_inclined_start(warm, &mut found, probe)?;
         }
-        _ => side_search.everywhere(&mut found, &mut probe)?,
+        _ => side_search.everywhere(&mut found, probe)?,
     }
-    side_search.best(found, &mut probe)
+    side_search.best(found, probe)
 }
 
 /// A search on one side of the cutter.
@@ -156,7 +169,7 @@ impl WidestSearch<'_> {
         if !keeps(self.request.band, &strip, &optimum) {
             return Ok(None);
         }
-        Ok(finish(self.request, self.problem, &optimum, &strip, probe.again()).ok())
+        Ok(finish(self.request, self.problem, &optimum, &strip, probe).ok())
     }
 
     /// Climbs from the one other guess that is worth it next to a neighbour.
@@ -227,9 +240,9 @@ impl WidestSearch<'_> {
     fn settle(
         &self,
         optimum: LocalOptimum,
-        probe: &FaceProbe,
+        probe: &mut FaceProbe,
     ) -> Result<CutterLocation, PositioningError> {
-        settle(self.request, self.problem, optimum, self.ranges, probe.again())
+        settle(self.request, self.problem, optimum, self.ranges, probe)
     }
 }
 
