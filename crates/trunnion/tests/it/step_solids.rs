@@ -71,7 +71,7 @@ fn meshes_have_the_volumes_of_their_solids() {
             count += 1;
         }
     }
-    assert_eq!(count, 13);
+    assert_eq!(count, 14);
 }
 
 #[test]

@@ -143,9 +143,9 @@ impl StepReader {
         let mut skin = model.skin(outline.id, self.same)?;
         let mut shape = model.shape(skin.surface, outline.id)?;
         let mut surface = convert::surface(&shape, skin.surface)?;
-        if let Surface::Nurbs(net) = &surface
-            && let Some(known) = known::known(net, KNOWN * self.same)
-        {
+        let swept = known::swept_net(&shape, &skin.boundaries);
+        let net = if let Surface::Nurbs(net) = &surface { Some(net) } else { swept.as_ref() };
+        if let Some(known) = net.and_then(|net| known::known(net, KNOWN * self.same)) {
             // Loops run about the normal of the surface: they turn with it.
             if known.opposed {
                 skin.turn_over();

@@ -51,7 +51,8 @@ const OUTSIDE: f64 = 1e-3;
 /// `None` where no side gains much over that of the drawing.
 ///
 /// Points on the convex hull of the part do not count: raw material has them, whichever way it lies. Of a convex part those
-/// count that look up, off the box round it. Outer walls down to the bottom do not count either: no proposal cuts them.
+/// count that look up, off the box round it. Walls down to the bottom do not count either: no proposal cuts them, and a
+/// plate that is drawn flat is not stood on its edge for them.
 pub(super) fn choose(faces: &[Face]) -> Option<[f64; 3]> {
     let part = SampledPart::new(faces)?;
     let reached: Vec<ReachedSamples> =
@@ -144,6 +145,10 @@ impl SampledPart {
             return None;
         }
         part.axis = part.axis_of_disc();
+        if lies_flat(&(high - low)) {
+            let is_off = part.faces_off_the_bottom(&Vector3::z());
+            part.samples.retain(|one| is_off[one.face]);
+        }
         let vertices = &part.mesh.vertices;
         let is_inside = |PartSample { sample, .. }: &&PartSample| {
             vertices.iter().any(|v| (v - sample.point).dot(&sample.normal) > OUTSIDE * size)
@@ -260,6 +265,11 @@ struct ReachedSamples {
     samples: Vec<bool>,
 }
 
+/// Returns `true` if a part of this size, drawn like this, lies on the larger of its sides.
+fn lies_flat(size: &Vector3<f64>) -> bool {
+    size.z <= size.x.min(size.y)
+}
+
 /// Returns `true` if a sample lies on a side of a box, within a distance \[mm\].
 fn is_on_box(sample: &FaceSample, [low, high]: [Point3<f64>; 2], within: f64) -> bool {
     let on = |axis: usize, side: &Point3<f64>| (sample.point[axis] - side[axis]).abs() <= within;
@@ -299,6 +309,13 @@ mod tests {
                 assert!((up - Vector3::z()).norm() < 1e-12, "{name} lying by {angles:?}: {up}");
             }
         }
+    }
+
+    /// Only its bore is no raw block, and that is a wall down to the table as well. On its edge, half of its flats come up.
+    #[test]
+    fn a_nut_stays_flat() {
+        let step = include_bytes!("../../../../../fixtures/step/nut.step");
+        assert_eq!(choose(&part(step)), None);
     }
 
     /// Lying, its wavy top and bottom are walls down to the table: seen at a slant, they count for both, and no job cuts them.

@@ -1,4 +1,4 @@
-//! Control nets that are planes, cylinders, cones, spheres or tori.
+//! Control nets and swept splines that are planes, cylinders, cones, spheres or tori.
 //!
 //! Many systems write every face as a control net. One that is an elementary surface is read as
 //! that: closest points are then known in closed form, a sphere has no pole where its face has
@@ -11,5 +11,7 @@ mod fit;
 mod proof;
 mod recognise;
 mod sample;
+mod swept;
 
 pub(super) use recognise::known;
+pub(super) use swept::swept_net;
