@@ -7,6 +7,7 @@ use super::options::AxesOptions;
 use crate::machine::{Axis, AxisKind, FIRST_ROTARY, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::{unwrap_near, wrap};
 use crate::types::{AXES, Interval, TRAVEL_ROUNDING};
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 use std::iter::successors;
 
@@ -133,7 +134,15 @@ impl TravelLimits<'_> {
                 TravelExcess { axis, value: to, limit: high, excess: to - high }
             }
         });
-        all.filter(|one| one.excess > TRAVEL_ROUNDING).max_by(|a, b| a.excess.total_cmp(&b.excess))
+        all.filter(|one| one.excess > TRAVEL_ROUNDING).max_by(|a, b| self.compare(a, b))
+    }
+
+    /// Compares excesses by what they take to mend: another origin brings linear axes back, but no rotary.
+    fn compare(self, a: &TravelExcess, b: &TravelExcess) -> Ordering {
+        let rotary = |one: &TravelExcess| {
+            self.axes.get(one.axis).is_some_and(|axis| axis.kind == AxisKind::Rotary)
+        };
+        rotary(a).cmp(&rotary(b)).then(a.excess.total_cmp(&b.excess))
     }
 
     /// Returns the whole turns that leave the rotaries least outside \[rad\]: the middle of the bounds next
@@ -164,12 +173,12 @@ impl TravelLimits<'_> {
                 let offset = self.least_turns(if whole { &bounds } else { &cell.bounds });
                 Some((index, self.worst(&cell.bounds, offset)?))
             });
-            let (cell, beyond) = cells.max_by(|a, b| a.1.excess.total_cmp(&b.1.excess))?;
+            let (cell, beyond) = cells.max_by(|a, b| self.compare(&a.1, &b.1))?;
             let start = NodePosition { piece: segment.piece, ..NodePosition::default() };
             Some((branch.position(cell).unwrap_or(start), beyond))
         };
         let all = segment.branches.iter().filter_map(worst_of);
-        let least = all.min_by(|a, b| a.1.excess.total_cmp(&b.1.excess));
+        let least = all.min_by(|a, b| self.compare(&a.1, &b.1));
         let (at, beyond) = least.unwrap_or_default();
         self.fault(at, &beyond)
     }

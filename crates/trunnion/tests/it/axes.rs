@@ -672,6 +672,24 @@ proptest! {
     }
 }
 
+/// One branch has a rotary 16 degrees beyond its end, the other a slide 33 mm: only of the latter another origin rids.
+#[test]
+fn a_slide_beyond_its_end_is_named_where_the_other_branch_lacks_a_rotary() {
+    let text = include_str!("../../../../machines/layout-33-ca-table-head.toml");
+    let machine = trunnion::files::machine::parse(text).unwrap().machine;
+    let setup = Setup::new(V3::new(80.4, 8.0, -567.6), [0.0; 3], 120.0);
+    let tip = V3::new(58.848_827, 0.230_625, 53.650_635);
+    let axis = V3::new(0.7154, -0.0028, 0.6987);
+    let path = ToolPath { pieces: vec![cut(straight(tip, tip + V3::x(), axis))] };
+    let error = follow(&Kinematics::new(&machine, &setup), &path, &OPTIONS, &Silent).unwrap_err();
+    let AxesError::OutOfTravel { axis, excess, limit, remedy, .. } = &error else {
+        panic!("{error}")
+    };
+    assert_eq!(axis, "Y", "{error}");
+    assert!((excess - 33.4).abs() < 0.1 && (limit - 300.0).abs() < 1e-9, "{error}");
+    assert!(remedy.contains("origin"), "{error}");
+}
+
 /// The refusal of a bad origin names good ones, and they are good: on a tilting table, where each pose
 /// moves the slides another way.
 #[test]
