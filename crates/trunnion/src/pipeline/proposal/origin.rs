@@ -11,6 +11,9 @@ use nalgebra::Vector3;
 /// Height of the part's bottom above the table, for a vice or a riser \[mm\].
 const STANDOFF: f64 = 50.0;
 
+/// Least cosine between tool axis and z at which leads along the axis are taken, as when passes are linked.
+const UPRIGHT: f64 = 0.5;
+
 /// Poses by which the origin is found, at most.
 const POSES: usize = 240;
 
@@ -28,20 +31,28 @@ pub(super) fn origin(
     let kinematics = Kinematics::new(machine, &Setup::new(start, [0.0; 3], length));
     let upright: Vec<ToolPose> = chosen.iter().flat_map(|trial| &trial.poses).copied().collect();
     let best = |poses: &[ToolPose]| OriginSearch { kinematics: &kinematics, poses }.best();
-    let upright = with_approaches(&upright, part);
-    let all = [upright.clone(), with_approaches(leaning, part)].concat();
+    // Where leads end: tips above all of the part, by the clearance and a radius.
+    let radius = chosen.iter().map(|trial| trial.cutter.radius()).fold(0.0, f64::max);
+    let level = part.highest() + part.clearance() + radius;
+    let upright = with_approaches(&upright, level, part);
+    let all = [upright.clone(), with_approaches(leaning, level, part)].concat();
     best(&all).or_else(|_| best(&upright)).map_err(|TravelNeed { axis, short, .. }| {
         ProposalError::Travel { axis: machine.axes[axis].name.clone(), short }
     })
 }
 
-/// Returns some of the poses, each with that above it from which the tool comes.
-fn with_approaches(poses: &[ToolPose], part: &PartMeasure) -> Vec<ToolPose> {
+/// Returns some of the poses, each with that from which the tool comes: along its axis from a level above the part
+/// \[mm\], or a little off the part where the tool lies.
+fn with_approaches(poses: &[ToolPose], level: f64, part: &PartMeasure) -> Vec<ToolPose> {
     let clearance = part.clearance();
     let stride = poses.len().div_ceil(POSES).max(1);
     let both = poses.iter().step_by(stride).flat_map(|pose| {
-        let up = pose.tip + Vector3::z() * clearance + pose.axis.scale(clearance);
-        [*pose, ToolPose { tip: up, ..*pose }]
+        let up = if pose.axis.z >= UPRIGHT {
+            pose.axis.scale((level - pose.tip.z).max(0.0) / pose.axis.z)
+        } else {
+            Vector3::z() * clearance + pose.axis.scale(clearance)
+        };
+        [*pose, ToolPose { tip: pose.tip + up, ..*pose }]
     });
     both.collect()
 }

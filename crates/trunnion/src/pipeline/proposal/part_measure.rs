@@ -37,6 +37,11 @@ impl PartMeasure {
         Point3::new(middle.x, middle.y, self.low.z)
     }
 
+    /// Returns the height of the highest point \[mm\].
+    pub(super) fn highest(&self) -> f64 {
+        self.high.z
+    }
+
     /// Returns `true` if a face whose lowest point has this height goes down to where the part is held.
     pub(super) fn holds_at(&self, height: f64) -> bool {
         height - self.low.z <= HELD * self.size().z
