@@ -206,6 +206,28 @@ fn a_strip_wider_than_the_arc_ends_with_it() {
     plane(1.0).check(&end);
 }
 
+/// The parabola bends less beside its vertex: a lower band shortens the strip less than on a circle.
+#[test]
+fn a_strip_in_a_hollow_that_opens_ends_with_the_arc() {
+    let slim = Radii { tip: 0.5, barrel: 108.186_845_427_040_57, taper: 0.15, outer: 2.0 };
+    let hollows = [0.93, 0.96, 0.98].map(|share| (CONICAL, share / CONICAL.barrel));
+    let mut placed = 0;
+    for (radii, k) in hollows.into_iter().chain([(slim, 0.008_742_539_192_495_51)]) {
+        for share in [-0.2, 0.2, -0.8, 0.8] {
+            let shape = Shape::Quadric([0.0, k]);
+            let task = Task { radii, shape, degrees: 0.0, strip: StripSide::Left, share };
+            match task.location(&radii.cutter()) {
+                Ok(location) => task.check(&location),
+                // The flank over the hollow that rises beside the tool.
+                Err(PositioningError::Body { .. }) => continue,
+                Err(error) => panic!("{task:?}: {error}"),
+            }
+            placed += 1;
+        }
+    }
+    assert!(placed > 0);
+}
+
 #[test]
 fn a_lens_ends_its_strip_with_its_large_arc() {
     let spec = CutterSpec { length: 60.0, ..CutterSpec::lens(100.0, 1.0, 10.0) };

@@ -9,8 +9,9 @@ use crate::positioning::request::{ToleranceBand, ToolInclination};
 use crate::types::Interval;
 
 /// Trials of a lower band or another contact on the arc. The width of a strip goes with the root of the band, so the
-/// first two nearly fit.
-const TRIALS: u32 = 8;
+/// first two nearly fit; where the face bends less beside the contact it goes with the fourth root, and each trial halves
+/// what is too much.
+const TRIALS: u32 = 24;
 
 /// Share of the arc that a strip takes at most.
 const SHARE: f64 = 0.98;
