@@ -32,11 +32,16 @@ fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSumm
     for (axis, [from, to]) in
         axes.iter().skip(FIRST_ROTARY).zip([0, 1].map(|at| [before[at], after[at]]))
     {
-        let [low, high] = axis.limits.ends().map(f64::to_degrees);
+        let travel = if axis.limits.is_bounded() {
+            let [low, high] = axis.limits.ends().map(f64::to_degrees);
+            format!(", travel [{low:.0}, {high:.0}]")
+        } else {
+            String::new()
+        };
         // Less than a millionth of a degree is rounding.
         if (to - from).abs().to_degrees() > 1e-6 {
             why.push(format!(
-                "{} from {:.4} to {:.4} deg, travel [{low:.0}, {high:.0}]",
+                "{} from {:.4} to {:.4} deg{travel}",
                 axis.name,
                 from.to_degrees(),
                 to.to_degrees()
@@ -77,7 +82,8 @@ pub(super) fn warning(retracts: &[RetractSummary]) -> Option<String> {
         count => format!("{count} times"),
     };
     Some(format!(
-        "a rotary axis reaches the end of its travel on the path: the tool retracts and unwinds {times} in {seconds:.1} s, \
+        "a rotary axis comes to the end of its travel on the path, or has to turn while the tool stands: \
+         the tool retracts and unwinds {times} in {seconds:.1} s, \
          {inside} of them inside a pass{marks}; the first: {}",
         line(first)
     ))
