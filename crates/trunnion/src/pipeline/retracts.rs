@@ -3,7 +3,7 @@
 use super::job::Job;
 use crate::axes::{FollowedPath, RetractMove};
 use crate::files::summary::RetractSummary;
-use crate::machine::FIRST_ROTARY;
+use crate::machine::{Axis, FIRST_ROTARY};
 use crate::types::Schedule;
 
 /// Returns one entry for each retract, in order.
@@ -32,20 +32,9 @@ fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSumm
     for (axis, [from, to]) in
         axes.iter().skip(FIRST_ROTARY).zip([0, 1].map(|at| [before[at], after[at]]))
     {
-        let travel = if axis.limits.is_bounded() {
-            let [low, high] = axis.limits.ends().map(f64::to_degrees);
-            format!(", travel [{low:.0}, {high:.0}]")
-        } else {
-            String::new()
-        };
         // Less than a millionth of a degree is rounding.
         if (to - from).abs().to_degrees() > 1e-6 {
-            why.push(format!(
-                "{} from {:.4} to {:.4} deg{travel}",
-                axis.name,
-                from.to_degrees(),
-                to.to_degrees()
-            ));
+            why.push(describe_turn(axis, from, to));
         }
     }
     let tip = retract.pose.tip;
@@ -55,6 +44,16 @@ fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSumm
         why: why.join("; "),
         seconds,
     }
+}
+
+/// Describes the turn of a rotary \[rad\], with the ends of its travel if it has some.
+fn describe_turn(axis: &Axis, from: f64, to: f64) -> String {
+    let turn = format!("{} from {:.4} to {:.4} deg", axis.name, from.to_degrees(), to.to_degrees());
+    if !axis.limits.is_bounded() {
+        return turn;
+    }
+    let [low, high] = axis.limits.ends().map(f64::to_degrees);
+    format!("{turn}, travel [{low:.0}, {high:.0}]")
 }
 
 /// Describes a retract in a line of a program or a setup sheet.
@@ -87,4 +86,22 @@ pub(super) fn warning(retracts: &[RetractSummary]) -> Option<String> {
          {inside} of them inside a pass{marks}; the first: {}",
         line(first)
     ))
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    #[test]
+    fn only_an_axis_with_ends_of_travel_has_them_named() {
+        let text = include_str!("../../../../machines/bc-trunnion.toml");
+        let machine = crate::files::machine::parse(text).unwrap().machine;
+        let [.., c, b] = &machine.axes;
+        assert_eq!(describe_turn(c, -std::f64::consts::PI, 0.0), "C from -180.0000 to 0.0000 deg");
+        assert_eq!(
+            describe_turn(b, 0.0, std::f64::consts::FRAC_PI_2),
+            "B from 0.0000 to 90.0000 deg, travel [-35, 120]"
+        );
+    }
 }

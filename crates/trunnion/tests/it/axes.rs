@@ -672,7 +672,7 @@ proptest! {
     }
 }
 
-/// One branch has a rotary 16 degrees beyond its end, the other a slide 33 mm: only of the latter another origin rids.
+/// One branch has a rotary 16 degrees beyond its end, the other a slide 33 mm beyond: another origin mends the latter only.
 #[test]
 fn a_slide_beyond_its_end_is_named_where_the_other_branch_lacks_a_rotary() {
     let text = include_str!("../../../../machines/layout-33-ca-table-head.toml");

@@ -47,14 +47,18 @@ fn with_approaches(poses: &[ToolPose], level: f64, part: &PartMeasure) -> Vec<To
     let clearance = part.clearance();
     let stride = poses.len().div_ceil(POSES).max(1);
     let both = poses.iter().step_by(stride).flat_map(|pose| {
-        let up = if pose.axis.z >= UPRIGHT {
-            pose.axis.scale((level - pose.tip.z).max(0.0) / pose.axis.z)
-        } else {
-            Vector3::z() * clearance + pose.axis.scale(clearance)
-        };
-        [*pose, ToolPose { tip: pose.tip + up, ..*pose }]
+        [*pose, ToolPose { tip: pose.tip + lead(pose, level, clearance), ..*pose }]
     });
     both.collect()
+}
+
+/// Returns the way from a pose to the end of its lead \[mm\].
+fn lead(pose: &ToolPose, level: f64, clearance: f64) -> Vector3<f64> {
+    if pose.axis.z >= UPRIGHT {
+        pose.axis.scale((level - pose.tip.z).max(0.0) / pose.axis.z)
+    } else {
+        Vector3::z() * clearance + pose.axis.scale(clearance)
+    }
 }
 
 /// Returns the place of the middle of the part's bottom: above the middle of the table where it turns, else in the
@@ -71,4 +75,20 @@ fn first_origin(machine: &Machine, length: f64) -> Vector3<f64> {
     }
     let setup = Setup::new(Vector3::zeros(), [0.0; 3], length);
     Kinematics::new(machine, &setup).forward(&middle).tip.coords
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    /// A chamfer low on a part, cut at 45 degrees: the lead runs as far to the side as it rises.
+    #[test]
+    fn a_lead_ends_at_the_level_of_the_links() {
+        let low = ToolPose::new([20.0, 0.0, 5.0], [1.0, 0.0, 1.0]).unwrap();
+        let end = low.tip + lead(&low, 45.0, 10.0);
+        assert!((end.coords - Vector3::new(60.0, 0.0, 45.0)).norm() < 1e-9, "{end}");
+        let lying = ToolPose::new([20.0, 0.0, 5.0], [1.0, 0.0, 0.0]).unwrap();
+        assert!((lead(&lying, 45.0, 10.0) - Vector3::new(10.0, 0.0, 10.0)).norm() < 1e-9);
+    }
 }

@@ -5,7 +5,7 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::location::CutterLocation;
 use crate::positioning::methods::ball::ball_location;
 use crate::positioning::methods::sides::on_sides;
-use crate::positioning::methods::widest_search::search_side;
+use crate::positioning::methods::widest_search::{SideRequest, search_side};
 use crate::positioning::request::{ContactSide, LocationRequest, ToolInclination};
 use crate::positioning::solve::placement::MOST_ROTATION;
 use crate::types::Interval;
@@ -77,10 +77,10 @@ pub(crate) fn widest_strip_counted(
     queries: &mut u64,
 ) -> Result<CutterLocation, PositioningError> {
     request.validate()?;
-    let rotation = Interval::new(-MOST_ROTATION, MOST_ROTATION);
+    let rotation_range = Interval::new(-MOST_ROTATION, MOST_ROTATION);
     on_sides(request, |side| {
         if !request.cutter.touches_in_one_point() {
-            search_side(request, side, warm, rotation, queries)
+            search_side(SideRequest { request, side, warm, rotation_range }, queries)
         } else if request.cutter.is_barrel() {
             barrel_location(request, side)
         } else {
@@ -194,8 +194,9 @@ pub(crate) fn with_inclination_counted(
             return ball_location(request, side, lean);
         }
         let least = lean.angle.min(MOST_ROTATION);
-        let range = Interval::new(least, MOST_ROTATION);
-        let mut location = search_side(request, side, warm, range, queries)?;
+        let rotation_range = Interval::new(least, MOST_ROTATION);
+        let mut location =
+            search_side(SideRequest { request, side, warm, rotation_range }, queries)?;
         if location.rotation <= lean.angle {
             location.active.push(ActiveConstraint::GivenLead);
         }

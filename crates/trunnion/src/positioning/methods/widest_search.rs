@@ -23,27 +23,28 @@ const NARROWED: f64 = 0.9;
 /// Share of the least strip below which a neighbour's lead has ended in nothing.
 const SLIVER: f64 = 0.25;
 
+/// Request for the widest strip on one side of the cutter.
+#[derive(Clone, Copy)]
+pub(crate) struct SideRequest<'a> {
+    pub(crate) request: &'a LocationRequest<'a>,
+    pub(crate) side: ContactSide,
+    pub(crate) warm: Option<&'a CutterLocation>,
+    pub(crate) rotation_range: Interval,
+}
+
 /// Searches the widest strip on one side of the cutter, and adds the closest-point queries that it took to `queries`.
 pub(crate) fn search_side(
-    request: &LocationRequest,
-    side: ContactSide,
-    warm: Option<&CutterLocation>,
-    rotation_range: Interval,
+    of: SideRequest<'_>,
     queries: &mut u64,
 ) -> Result<CutterLocation, PositioningError> {
-    let mut probe = FaceProbe::new(request.face);
-    let found = search(request, side, warm, rotation_range, &mut probe);
+    let mut probe = FaceProbe::new(of.request.face);
+    let found = search(of, &mut probe);
     *queries += u64::from(probe.queries);
     found
 }
 
-fn search(
-    request: &LocationRequest,
-    side: ContactSide,
-    warm: Option<&CutterLocation>,
-    rotation_range: Interval,
-    probe: &mut FaceProbe,
-) -> Result<CutterLocation, PositioningError> {
+fn search(of: SideRequest<'_>, probe: &mut FaceProbe) -> Result<CutterLocation, PositioningError> {
+    let SideRequest { request, side, warm, rotation_range } = of;
     // The search works in the inner band, so that a breach within the margin still keeps the outer
     // one.
     let (band, margin) = (request.band.inner(), request.band.margin());
