@@ -161,6 +161,9 @@ fn shared_models_agree_with_occt() {
         // The same solids with every face written as a rational net: read as what they were.
         let original = name.strip_prefix("nurbs_").and_then(|name| reference.get(name));
         for (kind, count) in original.unwrap_or(expected)["kinds"].as_object().unwrap() {
+            // The sides of these solids are border curves that are swept in their own planes.
+            let flat = name.starts_with("bsp") && kind == "EXTRUSION";
+            let kind = if flat { "PLANE" } else { kind };
             let same = |face: &&trunnion::surface::Face| occt_kind(face.surface.kind()) == kind;
             let ours = part.faces.iter().filter(same).count();
             assert_eq!(ours as u64, count.as_u64().unwrap(), "{name}: {kind}");
