@@ -170,8 +170,8 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
         (0..sweep.curve.spans.len()).all(|span| {
             let times = SpanTimes::all(sweep, span, radius);
             let others = keep_off.clearance(sweep, span, times, clearance.target);
-            let least = clearance.least(sweep, span, times).min(others);
-            least >= clearance.target - clearance.precision
+            let own = keep_off.own_clearance(&clearance, sweep, span, times);
+            own.min(others) >= clearance.target - clearance.precision
         })
     }
 

@@ -8,9 +8,9 @@ use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
-use crate::cover::place::touch_up::{may_fit, touch_up};
+use crate::cover::place::touch_up::{SpotPass, add_passes, may_fit, touch_up};
 use crate::cover::place::trim::SpanProof;
-use crate::types::UncutRegion;
+use crate::types::{Interval, UncutRegion};
 
 /// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
 /// should take, as where the tool has to keep off something many inclinations are tried.
@@ -22,8 +22,11 @@ pub(crate) const SPOTS: f64 = 0.02;
 /// Rounds of short passes: each is over what the round before has left.
 const TOUCH_UPS: u32 = 10;
 
-/// Share of the area left after a round, over that before, at which another is tried.
-const WORTHWHILE: f64 = 0.9;
+/// Share of a region that its passes finish, from which on they are kept and more of them tried.
+const WORTHWHILE: f64 = 0.1;
+
+/// The same as a share of what passes of that length may finish.
+const EFFICIENT: f64 = 0.25;
 
 /// Returns `true` if passes have left material that the tool may finish.
 pub(crate) fn is_left(placed: &PlacedPasses) -> bool {
@@ -44,26 +47,93 @@ pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     touch_up_rounds(cross, placed)
 }
 
-/// Adds short passes over spots that are left, as long as they finish something.
+/// Adds short passes over regions that are left, to each as long as they finish some of it.
 pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
     cross: &FaceContext<'_, Inside>,
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
+    // Regions whose passes finished hardly anything are given up: a corner that no pass gets into does not end the work
+    // on the spots elsewhere.
+    let (mut open, mut given_up): (Vec<_>, Vec<_>) =
+        placed.report.rest.clone().into_iter().partition(may_fit);
     for _ in 0..TOUCH_UPS {
-        if !is_left(&placed) {
+        if open.is_empty() {
             break;
         }
         cross.progress.report(1.0)?;
         cross.progress.show(&placed);
-        let mut touched = touch_up(cross, &placed);
-        measure_rest(cross, &mut touched);
-        // Cells at the rims count in full in both: what differs is finished.
-        if touched.left() > WORTHWHILE * placed.left() {
+        let passes = touch_up(cross, &open);
+        let mut touched = placed.clone();
+        passes.iter().flatten().for_each(|passes| add_passes(cross, &mut touched, passes));
+        let left = by_part(&open, rest_within(cross, &touched, &open));
+        let mut next = Vec::new();
+        let mut gained = false;
+        for ((part, passes), left) in open.into_iter().zip(passes).zip(left) {
+            match passes {
+                // No room in this round.
+                None => next.push(part),
+                Some(passes) if is_worthwhile(&part, &left, cross.narrow() * length(&passes)) => {
+                    gained = true;
+                    add_passes(cross, &mut placed, &passes);
+                    let (fits, not): (Vec<_>, Vec<_>) = left.into_iter().partition(may_fit);
+                    next.extend(fits);
+                    given_up.extend(not);
+                }
+                Some(_) => given_up.push(part),
+            }
+        }
+        open = next;
+        placed.report.rest = open.iter().chain(&given_up).cloned().collect();
+        if !gained {
             break;
         }
-        placed = touched;
     }
+    placed.report.rest.sort_by(|a, b| b.area.total_cmp(&a.area));
+    placed.resolved = cross.resolved(&placed.report.rest);
     Ok(placed)
+}
+
+/// Returns `true` if enough of a region is finished, or enough by passes that may finish an area of `most` \[mm²\]. Cells
+/// at the rims count in full before and after: what differs is finished.
+fn is_worthwhile(part: &UncutRegion, left: &[UncutRegion], most: f64) -> bool {
+    let finished = part.area - left.iter().map(|part| part.area).sum::<f64>();
+    finished >= (WORTHWHILE * part.area).min(EFFICIENT * most) && finished > 0.0
+}
+
+/// Returns the length of passes, by their contacts \[mm\].
+fn length(passes: &[SpotPass]) -> f64 {
+    let steps = passes.iter().flat_map(|one| one.pass.stations.windows(2));
+    steps.map(|pair| (pair[1].contact - pair[0].contact).norm()).sum()
+}
+
+/// Distributes what is left to the regions that it was part of: the first that holds its first cell.
+fn by_part(parts: &[UncutRegion], left: Vec<UncutRegion>) -> Vec<Vec<UncutRegion>> {
+    let mut by_part: Vec<Vec<UncutRegion>> = parts.iter().map(|_| Vec::new()).collect();
+    for one in left {
+        let Some(cell) = one.cells.first() else { continue };
+        let middle = cell.map(|range| range.middle());
+        let holds = |cell: &[Interval; 2]| (0..2).all(|k| cell[k].contains(middle[k]));
+        // Cells of a chart that is not straight overlap a little, and a middle may lie on a rim.
+        let of = parts.iter().position(|part| part.cells.iter().any(holds)).or_else(|| {
+            parts.iter().position(|part| (0..2).all(|k| part.uv[k].contains(middle[k])))
+        });
+        by_part[of.unwrap_or(0)].push(one);
+    }
+    by_part
+}
+
+/// Finds what passes leave of some regions.
+fn rest_within<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &PlacedPasses,
+    parts: &[UncutRegion],
+) -> Vec<UncutRegion> {
+    let ranges = |part: &UncutRegion| {
+        part.cells.iter().map(|cell| cell.map(Interval::ends)).collect::<Vec<_>>()
+    };
+    let mut placed = placed.clone();
+    placed.missed = parts.iter().flat_map(ranges).collect();
+    rest(context, &placed)
 }
 
 /// Plans passes across at the fixed inclination over the material that passes along have left. Passes across end in
@@ -121,4 +191,51 @@ fn rest<Inside: Fn(ChartPoint) -> bool + Sync>(
     let chart = Chart::straight(FeedDirection::V);
     let region = region(context.face, &chart);
     FaceContext::new(context.request(), chart, &region).rest(placed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::{UncutReason, Uv};
+    use nalgebra::Point3;
+
+    /// A region of an area \[mm²\] with cells over these ranges of u.
+    fn part(area: f64, cells: &[[f64; 2]]) -> UncutRegion {
+        let cell = |[low, high]: &[f64; 2]| [Interval::new(*low, *high), Interval::new(0.0, 1.0)];
+        UncutRegion {
+            face: 1,
+            cells: cells.iter().map(cell).collect(),
+            area,
+            uv: [Interval::new(cells[0][0], cells[cells.len() - 1][1]), Interval::new(0.0, 1.0)],
+            bounds: [Point3::origin(); 2],
+            depth: 0.1,
+            deepest: Uv::new(0.0, 0.0),
+            point: Point3::origin(),
+            ball: 1.0,
+            balls: Interval::point(1.0),
+            reason: UncutReason::Passes,
+        }
+    }
+
+    #[test]
+    fn what_is_left_belongs_to_the_region_it_was_part_of() {
+        // The second region lies within the box of the first.
+        let parts = [part(3.0, &[[0.0, 1.0], [8.0, 9.0]]), part(1.0, &[[4.0, 5.0]])];
+        let left =
+            vec![part(0.25, &[[4.25, 4.5]]), part(0.5, &[[8.0, 8.5]]), part(0.75, &[[0.5, 1.0]])];
+        let left: Vec<Vec<UncutRegion>> = by_part(&parts, left);
+        let areas: Vec<f64> =
+            left.iter().map(|left| left.iter().map(|one| one.area).sum()).collect();
+        assert_eq!(areas, [1.25, 0.25]);
+    }
+
+    #[test]
+    fn passes_are_worthwhile_for_a_tenth_of_a_region_or_by_what_they_finish() {
+        let finished = |area: f64, most: f64| {
+            is_worthwhile(&part(8.0, &[[0.0, 1.0]]), &[part(8.0 - area, &[[0.0, 1.0]])], most)
+        };
+        assert!(finished(0.875, 100.0) && !finished(0.75, 100.0));
+        assert!(finished(0.5, 2.0) && !finished(0.25, 2.0));
+        assert!(!finished(0.0, 0.0));
+    }
 }

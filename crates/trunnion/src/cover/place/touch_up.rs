@@ -54,34 +54,36 @@ pub(crate) fn may_fit(part: &UncutRegion) -> bool {
     part.reason != UncutReason::Hollow
 }
 
-/// Adds short passes over the regions that are left; their remaining material is not measured again.
+/// Plans short passes over each of some regions that are left; `None` for those beyond the spots of a face.
 pub(crate) fn touch_up<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
-    before: &PlacedPasses,
-) -> PlacedPasses {
-    let mut placed = before.clone();
+    parts: &[UncutRegion],
+) -> Vec<Option<Vec<SpotPass>>> {
     let mut room = MOST;
-    for part in before.report.rest.iter().filter(|part| may_fit(part)) {
+    let passes = |part: &UncutRegion| {
         let spots = spots(context, part);
-        if spots.len() > room {
-            break;
-        }
-        room -= spots.len();
-        let chains = chains(spots, SPACING * context.narrow());
-        let passes: Vec<SpotPass> = chains
-            .into_par_iter()
-            .flat_map_iter(|chain| {
-                let runs = runs(context, &chain).into_iter();
-                runs.flat_map(|stations| proven_passes(context, &stations))
-            })
-            .collect();
-        for SpotPass { pass, sweep } in passes {
-            let (chart, options, cost) = (&context.chart, context.options, context.setup.cost);
-            let source = PassSource { face: context.face.face().number, chart, options, cost };
-            placed.add_whole(pass, sweep, source);
-        }
+        room = room.checked_sub(spots.len())?;
+        let chains = chains(spots, SPACING * context.narrow()).into_par_iter();
+        let passes = chains.flat_map_iter(|chain| {
+            let runs = runs(context, &chain).into_iter();
+            runs.flat_map(|stations| proven_passes(context, &stations))
+        });
+        Some(passes.collect())
+    };
+    parts.iter().map(passes).collect()
+}
+
+/// Adds short passes to those that are placed; what they leave is not measured.
+pub(crate) fn add_passes<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &mut PlacedPasses,
+    passes: &[SpotPass],
+) {
+    let (chart, options, cost) = (&context.chart, context.options, context.setup.cost);
+    let source = PassSource { face: context.face.face().number, chart, options, cost };
+    for SpotPass { pass, sweep } in passes {
+        placed.add_whole(pass.clone(), sweep.clone(), source);
     }
-    placed
 }
 
 /// Returns the height by which the tool may be raised \[mm\].
@@ -192,8 +194,8 @@ fn runs<Inside: Fn(ChartPoint) -> bool + Sync>(
 }
 
 /// A pass over spots, with its curve.
-struct SpotPass {
-    pass: Pass,
+pub(crate) struct SpotPass {
+    pub(crate) pass: Pass,
     sweep: PassSweep,
 }
 

@@ -404,10 +404,10 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         };
         // The gouge is the depth of the least clearance, from this face and the others, below the target. The
         // precision of the proof is allowed for.
-        let target = self.clearance.target;
-        let others = self.candidate.keep_off.clearance(sweep, span, times, target);
-        let least = self.clearance.least(sweep, span, times).min(others);
-        self.clearance.target - self.clearance.precision - least
+        let (keep_off, target) = (&self.candidate.keep_off, self.clearance.target);
+        let others = keep_off.clearance(sweep, span, times, target);
+        let own = keep_off.own_clearance(&self.clearance, sweep, span, times);
+        target - self.clearance.precision - own.min(others)
     }
 
     /// Returns `true` if the pose between two stations cuts, to the widened band, the points

@@ -387,15 +387,101 @@ impl KeepOff<'_> {
         times: SpanTimes,
         target: f64,
     ) -> f64 {
-        let mut least = target;
-        for (index, (face, tree)) in self.part_faces.faces.iter().enumerate() {
-            if index != self.own {
-                // The target is the same for every face; the least of all bounds counts.
-                let (tool, precision, chart) = (self.tool, self.precision, &self.part_faces.chart);
-                let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
-                least = least.min(clearing.least(sweep, span, times));
-            }
+        let others = (0..self.part_faces.faces.len()).filter(|index| *index != self.own);
+        // The target is the same for every face; the least of all bounds counts.
+        others.fold(target, |least, index| {
+            least.min(self.clearance_of(index, sweep, span, times, target))
+        })
+    }
+
+    /// Returns the larger of two bounds of the clearance from the face that is cut: that of `coarse`, whose cells reach
+    /// over its edges, and, where that is too little, that of the face within its edges: the shank may pass close
+    /// above one of them.
+    pub(crate) fn own_clearance(
+        &self,
+        coarse: &ClearanceProof<'_>,
+        sweep: &PassSweep,
+        span: usize,
+        times: SpanTimes,
+    ) -> f64 {
+        let least = coarse.least(sweep, span, times);
+        if least >= coarse.target - coarse.precision {
+            return least;
         }
-        least
+        least.max(self.clearance_of(self.own, sweep, span, times, coarse.target))
+    }
+
+    fn clearance_of(
+        &self,
+        index: usize,
+        sweep: &PassSweep,
+        span: usize,
+        times: SpanTimes,
+        target: f64,
+    ) -> f64 {
+        let Some((face, tree)) = self.part_faces.faces.get(index) else { return target };
+        let (tool, precision, chart) = (self.tool, self.precision, &self.part_faces.chart);
+        ClearanceProof { face, chart, tree, tool, target, precision }.least(sweep, span, times)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cover::cost::LengthCost;
+    use crate::cover::layout::trims::region;
+    use crate::cutter::CutterSpec;
+    use crate::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
+    use crate::types::{PoseCurve, Station};
+    use std::f64::consts::FRAC_1_SQRT_2;
+
+    /// A triangle of 20 mm in the plane z = 0.
+    fn triangle() -> FaceIndex {
+        let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let border =
+            TrimCurve::polyline(&[[0.0, 0.0], [20.0, 0.0], [0.0, 20.0], [0.0, 0.0]]).unwrap();
+        let trims = vec![TrimLoop::new(vec![border], [None, None], 1e-9).unwrap()];
+        let face = Face::new(1, Surface::Plane(PlaneSurface { frame }), trims).unwrap();
+        FaceIndex::new(face).unwrap()
+    }
+
+    /// Tools go along the long edge, deeper than the face and `beside` it \[mm\]; the cells with which passes are searched
+    /// count whole and reach beyond the edge.
+    #[test]
+    fn a_tool_below_the_edge_of_the_face_that_it_cuts_keeps_off_what_the_face_has() {
+        let (face, cutter) = (triangle(), Cutter::new(CutterSpec::of_radii(2.0, 1.0)).unwrap());
+        let (tool, cost) = (ToolBody::new(&cutter), LengthCost { link: 1.0 });
+        let part_faces = PartFaces::new(std::iter::once(&face), &cutter);
+        let (precision, target) = (1e-5, 0.02);
+        let keep_off = KeepOff {
+            cost: &cost,
+            part_faces: &part_faces,
+            own: 0,
+            tool: &tool,
+            least: 0.0,
+            precision,
+        };
+        let chart = Chart::straight(FeedDirection::U);
+        let trimmed = region(&face, &chart);
+        let tree = FaceTree::new(&face, &chart, &trimmed, 0.5);
+        let (face, chart, tree, tool) = (&face, &chart, &tree, &tool);
+        let coarse = ClearanceProof { face, chart, tree, tool, target, precision };
+        let clearances = |beside: f64| {
+            let off = 10.0 + FRAC_1_SQRT_2 * (cutter.radius() + beside);
+            let at = |x: f64| {
+                let tip = Point3::new(off + x, off - x, -2.0);
+                Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+            };
+            let curve = PoseCurve::through(&[at(-1.0), at(0.0), at(1.0)], 3.0);
+            let (sweep, times) = (PassSweep::of(curve, 3.0), SpanTimes::Slabs(1));
+            let own = keep_off.own_clearance(&coarse, &sweep, 0, times);
+            [own, coarse.least(&sweep, 0, times)]
+        };
+        let [own, whole] = clearances(0.03);
+        assert!(own >= target - precision && whole < target - precision, "{own} {whole}");
+        for beside in [0.01, -0.05] {
+            let [own, _] = clearances(beside);
+            assert!(own < target - precision, "{beside}: {own}");
+        }
     }
 }
