@@ -260,7 +260,8 @@ fn first_fitting(
 const LIFTS: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Returns the pose nearest to the inclination of another in which the cutter touches a point and the whole tool keeps
-/// off all faces, within reach of the machine; the first from upright to inclined where there is no other.
+/// off all faces, within reach of the machine; the first from upright to inclined where there is no other. Where none of
+/// these fits, it leans square to the nearest other face.
 ///
 /// Where its corner would go into a face, the tool is raised by up to `room` \[mm\].
 pub(crate) fn fitting_pose_near(
@@ -282,10 +283,35 @@ pub(crate) fn fitting_pose_near(
     let gap = LIFTS.into_iter().map(gap).find(fits_raised)?;
     // Step 2: the whole tool, at inclinations more and more different.
     let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
-    let Some(before) = before else { return poses(contact, gap, cutter).find(fits) };
-    let same = pose_along(&before.axis, contact, gap, cutter);
-    let others = by_turn(&before.axis, poses(contact, gap, cutter));
-    same.into_iter().chain(others).find(fits)
+    let all = || poses(contact, gap, cutter);
+    let nearest = match before {
+        None => all().find(fits),
+        Some(before) => {
+            let same = pose_along(&before.axis, contact, gap, cutter);
+            same.into_iter().chain(by_turn(&before.axis, all())).find(fits)
+        }
+    };
+    nearest.or_else(|| square_poses(keep_off, contact, gap, cutter).into_iter().find(fits))
+}
+
+/// Returns poses that lean straight towards the nearest other face, and straight away from it.
+///
+/// In the corner of a slope and a floor a flat end lies up the slope, and the tool leans down it: a little to either side its
+/// edge would dip into the floor.
+fn square_poses(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    gap: ContactGap,
+    cutter: &Cutter,
+) -> Vec<ToolPose> {
+    let arc = cutter.contact_arc();
+    let ahead = keep_off.neighbour_normal(&contact.point, cutter.radius());
+    let ahead = ahead.and_then(|other| direction_ahead(&other, &contact.normal));
+    let pose = |ahead: UnitVector3<f64>| {
+        let center = contact.above(arc.radius, gap);
+        angles(cutter).map(move |angle| arc.pose(center, &contact.normal, &ahead, angle))
+    };
+    ahead.into_iter().flat_map(|ahead| [-ahead, ahead]).flat_map(pose).collect()
 }
 
 /// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines
@@ -354,4 +380,57 @@ fn angles(cutter: &Cutter) -> impl Iterator<Item = f64> + use<> {
     let tip = ANGLES.into_iter().filter(move |angle| !on_circle || *angle <= MOST);
     let arc = ARC_SHARES.into_iter().map(move |share| inclinations.at(share));
     tip.filter(move |_| !is_barrel).chain(arc.filter(move |_| is_barrel))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cover::cost::LengthCost;
+    use crate::cutter::{CutterSpec, ToolBody};
+    use crate::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
+
+    /// Returns the plane through the origin with a normal, as far as 60 mm from the line where y = 0 on one side.
+    fn plane(number: usize, z: Vector3<f64>, x: Vector3<f64>) -> FaceIndex {
+        let frame = SurfaceFrame::new(Point3::origin(), z, x).unwrap();
+        let corners = [[-60.0, 0.0], [60.0, 0.0], [60.0, 60.0], [-60.0, 60.0], [-60.0, 0.0]];
+        let border = TrimCurve::polyline(&corners).unwrap();
+        let trims = vec![TrimLoop::new(vec![border], [None, None], 1e-9).unwrap()];
+        let face = Face::new(number, Surface::Plane(PlaneSurface { frame }), trims).unwrap();
+        FaceIndex::new(face).unwrap()
+    }
+
+    /// A slope meets a floor in a line at an odd angle to the directions that are tried: a wide flat end gets to its foot
+    /// only straight up the slope.
+    #[test]
+    fn a_flat_end_gets_to_the_foot_of_a_slope() {
+        let foot = Vector3::new(0.87_f64.cos(), 0.87_f64.sin(), 0.0);
+        let out = Vector3::new(foot.y, -foot.x, 0.0);
+        // y of the floor is out of the slope, that of the slope goes up it.
+        let floor = plane(1, Vector3::z(), -foot);
+        let normal = (out + Vector3::z()).normalize();
+        let slope = plane(2, normal, foot);
+        assert!(
+            slope.face().point(0.0, 10.0).z > 7.0
+                && floor.face().point(0.0, 10.0).coords.dot(&out) > 9.0
+        );
+        let cutter = Cutter::new(CutterSpec::flat(20.0)).unwrap();
+        let part_faces = PartFaces::new([&slope, &floor].into_iter(), &cutter);
+        let (tool, cost) = (ToolBody::new(&cutter), LengthCost { link: 1.0 });
+        let (part_faces, tool, cost) = (&part_faces, &tool, &cost);
+        let keep_off = KeepOff { cost, part_faces, own: 0, tool, least: -1e-3, precision: 1e-4 };
+        for up in [0.002, 0.05, 1.0] {
+            let contact = ContactPoint::new(&slope, [3.0, up]).unwrap();
+            let pose = fitting_pose_near(&keep_off, &contact, &cutter, 0.0, None).unwrap();
+            // Nothing of the edge is below the floor, and it touches the slope where it should.
+            let [a, b] = tangents(&pose.axis);
+            let edge = (0..3600).map(|i| {
+                let (sin, cos) = math::sin_cos(TAU * f64::from(i) / 3600.0);
+                pose.tip + (a.scale(cos) + b.scale(sin)) * cutter.radius()
+            });
+            let heights = edge.map(|p| (p.z, (p - contact.point).norm()));
+            let [lowest, nearest] =
+                heights.fold([f64::INFINITY; 2], |[z, d], p| [z.min(p.0), d.min(p.1)]);
+            assert!(lowest >= -1.2e-3 && nearest < 0.01, "{up}: {lowest} {nearest}");
+        }
+    }
 }

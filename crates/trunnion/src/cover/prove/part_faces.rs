@@ -16,7 +16,7 @@ use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::{ToolPose, Uv};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitVector3, Vector3};
 use rayon::prelude::*;
 
 /// Sizes of cells inside a face and at its trims, as shares of the cutter's radius. Cells at the
@@ -370,6 +370,22 @@ impl KeepOff<'_> {
             Some(solid.gap(&near.point, pose).gradient.dot(normal) <= -BELOW)
         };
         self.tool.solids().find_map(below).unwrap_or(false)
+    }
+
+    /// Returns the normal of the nearest other face within a distance \[mm\] of a point, there where it is nearest.
+    pub(crate) fn neighbour_normal(
+        &self,
+        point: &Point3<f64>,
+        within: f64,
+    ) -> Option<UnitVector3<f64>> {
+        let ball = ConvexSolid::ball(self.precision);
+        let pose = ToolPose { tip: *point, axis: Vector3::z_axis() };
+        let (slack, precision) = (0.0, self.precision);
+        let query = NearestQuery { within, slack, precision, enough: f64::NEG_INFINITY };
+        let near = self.part_faces.nearest(&ball, &pose, Some(self.own), query)?;
+        let (face, _) = self.part_faces.faces.get(near.face)?;
+        let foot = face.closest(&near.point).ok()?;
+        face.face().normal(foot.uv.u, foot.uv.v)
     }
 
     /// Returns `true` if a pose goes into any face, including the one that is cut.
