@@ -403,7 +403,7 @@ mod tests {
     /// only straight up the slope.
     #[test]
     fn a_flat_end_gets_to_the_foot_of_a_slope() {
-        let foot = Vector3::new(0.87_f64.cos(), 0.87_f64.sin(), 0.0);
+        let foot = Vector3::new(0.4_f64.cos(), 0.4_f64.sin(), 0.0);
         let out = Vector3::new(foot.y, -foot.x, 0.0);
         // y of the floor is out of the slope, that of the slope goes up it.
         let floor = plane(1, Vector3::z(), -foot);
