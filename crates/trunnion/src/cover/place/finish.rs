@@ -56,6 +56,7 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
     // on the spots elsewhere.
     let (mut open, mut given_up): (Vec<_>, Vec<_>) =
         placed.report.rest.clone().into_iter().partition(may_fit);
+    let before = placed.passes.len();
     for _ in 0..TOUCH_UPS {
         if open.is_empty() {
             break;
@@ -88,8 +89,10 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
             break;
         }
     }
-    placed.report.rest.sort_by(|a, b| b.area.total_cmp(&a.area));
-    placed.resolved = cross.resolved(&placed.report.rest);
+    // Which region a remainder belongs to decides only what is tried: what is left in the end is measured over all of them.
+    if placed.passes.len() > before {
+        measure_rest(cross, &mut placed);
+    }
     Ok(placed)
 }
 
@@ -196,25 +199,14 @@ fn rest<Inside: Fn(ChartPoint) -> bool + Sync>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{UncutReason, Uv};
-    use nalgebra::Point3;
+    use crate::cover::place::placed::tests::region_of_area;
 
     /// A region of an area \[mm²\] with cells over these ranges of u.
     fn part(area: f64, cells: &[[f64; 2]]) -> UncutRegion {
         let cell = |[low, high]: &[f64; 2]| [Interval::new(*low, *high), Interval::new(0.0, 1.0)];
-        UncutRegion {
-            face: 1,
-            cells: cells.iter().map(cell).collect(),
-            area,
-            uv: [Interval::new(cells[0][0], cells[cells.len() - 1][1]), Interval::new(0.0, 1.0)],
-            bounds: [Point3::origin(); 2],
-            depth: 0.1,
-            deepest: Uv::new(0.0, 0.0),
-            point: Point3::origin(),
-            ball: 1.0,
-            balls: Interval::point(1.0),
-            reason: UncutReason::Passes,
-        }
+        let cells: Vec<[Interval; 2]> = cells.iter().map(cell).collect();
+        let u = Interval::new(cells[0][0].low, cells[cells.len() - 1][0].high);
+        UncutRegion { uv: [u, Interval::new(0.0, 1.0)], cells, ..region_of_area(area) }
     }
 
     #[test]

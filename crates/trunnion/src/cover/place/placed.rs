@@ -171,14 +171,15 @@ impl PlacedPasses {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::types::{Interval, Uv};
     use crate::types::{UncutReason, UncutRegion};
     use nalgebra::Point3;
 
-    fn placed(area: f64, price: f64) -> PlacedPasses {
-        let rest = UncutRegion {
+    /// A region of which only the area \[mm²\] matters.
+    pub(crate) fn region_of_area(area: f64) -> UncutRegion {
+        UncutRegion {
             face: 1,
             cells: Vec::new(),
             area,
@@ -190,8 +191,11 @@ mod tests {
             ball: 1.0,
             balls: Interval::point(1.0),
             reason: UncutReason::Hollow,
-        };
-        let rest = if area > 0.0 { vec![rest] } else { Vec::new() };
+        }
+    }
+
+    fn placed(area: f64, price: f64) -> PlacedPasses {
+        let rest = if area > 0.0 { vec![region_of_area(area)] } else { Vec::new() };
         let report = CoverReport { rest, ..CoverReport::default() };
         PlacedPasses { price, report, resolved: 0.1, ..PlacedPasses::new() }
     }

@@ -410,9 +410,9 @@ impl KeepOff<'_> {
         })
     }
 
-    /// Returns the larger of two bounds of the clearance from the face that is cut: that of `coarse`, whose cells reach
-    /// over its edges, and, where that is too little, that of the face within its edges: the shank may pass close
-    /// above one of them.
+    /// Returns the clearance from the face that is cut, as [`ClearanceProof::least`] does: by `coarse`, whose cells reach over
+    /// the edges of the face, and where that is too little, by the face within its edges. The shank may pass close above
+    /// one of them.
     pub(crate) fn own_clearance(
         &self,
         coarse: &ClearanceProof<'_>,
@@ -424,7 +424,7 @@ impl KeepOff<'_> {
         if least >= coarse.target - coarse.precision {
             return least;
         }
-        least.max(self.clearance_of(self.own, sweep, span, times, coarse.target))
+        self.clearance_of(self.own, sweep, span, times, coarse.target)
     }
 
     fn clearance_of(
