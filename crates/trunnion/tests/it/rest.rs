@@ -517,6 +517,38 @@ fn the_pole_of_a_rounded_corner_is_finished() {
     assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
 }
 
+/// A quarter of a dome over a floor, 20 mm above the middle of its sphere of 40 mm; the floor goes on round it.
+fn dome_on_a_floor() -> (FaceIndex, FaceIndex) {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(SphereSurface::new(frame, 40.0).unwrap());
+    let zone = [[0.0, FRAC_PI_6], [FRAC_PI_2, FRAC_PI_6], [FRAC_PI_2, FRAC_PI_2], [0.0, FRAC_PI_2]];
+    let foot = 40.0 * FRAC_PI_6.cos();
+    let around = (-10..=100_i32).map(|degree| f64::from(degree).to_radians().sin_cos());
+    let inner: Vec<[f64; 2]> = around.map(|(sin, cos)| [foot * cos, foot * sin]).collect();
+    let corners = [[-5.0, 70.0], [70.0, 70.0], [70.0, -5.0]];
+    let floor = plane(Point3::new(0.0, 0.0, 20.0), Vector3::z(), Vector3::x());
+    (face(1, sphere, &zone, false), face(2, floor, &[inner.as_slice(), &corners].concat(), false))
+}
+
+/// The edge of a flat end gets to the foot only straight up the slope, and touches it there: a pass a little above it, or at
+/// an angle, leaves the foot.
+#[test]
+fn a_dome_is_finished_down_to_its_foot_by_few_passes() {
+    let (dome, floor) = dome_on_a_floor();
+    let options = CoverOptions {
+        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
+        path_share: 0.001,
+        ..options(PlacementMethod::Inclined)
+    };
+    let faces = (std::slice::from_ref(&dome), std::slice::from_ref(&floor));
+    let covering = beside_all(faces, &cutter([10.0, 0.0]), &options).unwrap();
+    let rest = &covering.report.rest;
+    let area: f64 = rest.iter().map(|rest| rest.area).sum();
+    assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
+    assert!(covering.passes.len() <= 70, "{} passes", covering.passes.len());
+}
+
 /// A machine that gets to poses that lean to one side only: every other pass of a zigzag, along which the tool would lean to
 /// the other side, is run the same way as the one before.
 #[test]

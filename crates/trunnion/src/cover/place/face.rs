@@ -9,7 +9,7 @@ use crate::cover::layout::trims::region;
 use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cover::place::context::{FaceContext, FaceRequest};
-use crate::cover::place::finish::{REST, SPOTS, finish, is_left, measure_rest};
+use crate::cover::place::finish::{REST, finish, is_left, leaves_little, measure_rest};
 use crate::cover::place::fixed_axis::fixed_axis_passes;
 use crate::cover::place::flank::flank_passes;
 use crate::cover::place::floor::floor_passes;
@@ -168,7 +168,7 @@ fn on_side(
         // At a fixed inclination all strips are alike: the estimate that put the first chart first is good, but for what
         // the tool does not get to along it.
         let alike = options.method == PlacementMethod::Inclined
-            && tried.iter().any(|placed| placed.left() <= SPOTS * placed.report.area);
+            && tried.iter().any(|placed| leaves_little(&context, placed));
         if !tried.is_empty() && (alike || work > limits.wide) {
             break;
         }

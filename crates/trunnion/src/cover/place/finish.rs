@@ -8,7 +8,10 @@ use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
-use crate::cover::place::touch_up::{SpotPass, add_passes, may_fit, touch_up};
+use crate::cover::place::tool_fit::PoseOrder;
+use crate::cover::place::touch_up::{
+    OpenRegion, SpotPass, add_passes, may_fit, spots_price, touch_up,
+};
 use crate::cover::place::trim::SpanProof;
 use crate::types::{Interval, UncutRegion};
 
@@ -18,6 +21,9 @@ pub(crate) const REST: f64 = 10.0;
 
 /// Share of a face up to which what is left is finished spot by spot.
 pub(crate) const SPOTS: f64 = 0.02;
+
+/// Estimated price of short passes over what is left, over that of the passes before, up to which no other layout is tried.
+const CHEAP: f64 = 0.1;
 
 /// Rounds of short passes: each is over what the round before has left.
 const TOUCH_UPS: u32 = 10;
@@ -31,6 +37,15 @@ const EFFICIENT: f64 = 0.25;
 /// Returns `true` if passes have left material that the tool may finish.
 pub(crate) fn is_left(placed: &PlacedPasses) -> bool {
     placed.report.rest.iter().any(may_fit)
+}
+
+/// Returns `true` if passes leave so little that short passes over it take a small part of their time.
+pub(crate) fn leaves_little<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &PlacedPasses,
+) -> bool {
+    placed.left() <= SPOTS * placed.report.area
+        && spots_price(context, placed) <= CHEAP * placed.price()
 }
 
 /// Finishes the material that passes have left: spots by short passes, larger regions by passes across first.
@@ -52,10 +67,15 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
     cross: &FaceContext<'_, Inside>,
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
-    // Regions whose passes finished hardly anything are given up: a corner that no pass gets into does not end the work
-    // on the spots elsewhere.
-    let (mut open, mut given_up): (Vec<_>, Vec<_>) =
+    let first = if cross.setup.cutter.touches_in_one_point() {
+        PoseOrder::AsBefore
+    } else {
+        PoseOrder::Square
+    };
+    let opened = |part: UncutRegion| OpenRegion { part, order: first };
+    let (open, mut given_up): (Vec<_>, Vec<_>) =
         placed.report.rest.clone().into_iter().partition(may_fit);
+    let mut open: Vec<OpenRegion> = open.into_iter().map(opened).collect();
     let before = placed.passes.len();
     for _ in 0..TOUCH_UPS {
         if open.is_empty() {
@@ -63,29 +83,37 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
         }
         cross.progress.report(1.0)?;
         cross.progress.show(&placed);
-        let passes = touch_up(cross, &open);
+        let passes = touch_up(cross, &placed, &open);
         let mut touched = placed.clone();
         passes.iter().flatten().for_each(|passes| add_passes(cross, &mut touched, passes));
-        let left = by_part(&open, rest_within(cross, &touched, &open));
+        let parts: Vec<UncutRegion> = open.iter().map(|one| one.part.clone()).collect();
+        let left = by_part(&parts, rest_within(cross, &touched, &parts));
         let mut next = Vec::new();
-        let mut gained = false;
-        for ((part, passes), left) in open.into_iter().zip(passes).zip(left) {
+        let mut goes_on = false;
+        for ((region, passes), left) in open.into_iter().zip(passes).zip(left) {
+            let OpenRegion { part, order } = region;
             match passes {
                 // No room in this round.
-                None => next.push(part),
+                None => next.push(OpenRegion { part, order }),
                 Some(passes) if is_worthwhile(&part, &left, cross.narrow() * length(&passes)) => {
-                    gained = true;
+                    goes_on = true;
                     add_passes(cross, &mut placed, &passes);
                     let (fits, not): (Vec<_>, Vec<_>) = left.into_iter().partition(may_fit);
-                    next.extend(fits);
+                    next.extend(fits.into_iter().map(opened));
                     given_up.extend(not);
                 }
+                Some(_) if order == PoseOrder::Square => {
+                    goes_on = true;
+                    next.push(OpenRegion { part, order: PoseOrder::AsBefore });
+                }
+                // Regions whose passes finish hardly anything are given up: a corner that no pass gets into does not end
+                // the work on the spots elsewhere.
                 Some(_) => given_up.push(part),
             }
         }
         open = next;
-        placed.report.rest = open.iter().chain(&given_up).cloned().collect();
-        if !gained {
+        placed.report.rest = open.iter().map(|one| &one.part).chain(&given_up).cloned().collect();
+        if !goes_on {
             break;
         }
     }

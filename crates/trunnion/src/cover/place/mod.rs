@@ -20,6 +20,7 @@ pub(super) mod planner;
 pub(super) mod progress;
 pub(super) mod rulings;
 mod run_out;
+pub(super) mod spots;
 pub(super) mod tool_fit;
 pub(super) mod touch_up;
 pub(super) mod trial;

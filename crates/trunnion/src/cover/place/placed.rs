@@ -54,6 +54,11 @@ impl PlacedPasses {
         Self { forward: !self.forward, ..self.clone() }
     }
 
+    /// Returns the curves of all passes.
+    pub(crate) fn sweeps(&self) -> impl Iterator<Item = &PassSweep> {
+        self.swept.iter().chain(&self.recent).map(AsRef::as_ref)
+    }
+
     /// Returns the cost of all passes, as the length that is cut at the feed in that time \[mm\].
     pub(crate) fn price(&self) -> f64 {
         self.price

@@ -25,6 +25,9 @@ const STANDING: f64 = 0.5;
 /// Points of the arc of a barrel with which it is tried, as shares of the arc.
 const ARC_SHARES: [f64; 3] = [0.1, 0.5, 0.9];
 
+/// Further angles at which a tool with a flank leans away from another face.
+const STEEP: [f64; 4] = [0.8, 1.1, 1.35, FRAC_PI_2];
+
 /// Largest inclination of cutters that are not balls \[rad\].
 const MOST: f64 = 0.6;
 
@@ -259,18 +262,34 @@ fn first_fitting(
 /// the room above it.
 const LIFTS: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// Returns the pose nearest to the inclination of another in which the cutter touches a point and the whole tool keeps
-/// off all faces, within reach of the machine; the first from upright to inclined where there is no other. Where none of
-/// these fits, it leans square to the nearest other face.
-///
-/// Where its corner would go into a face, the tool is raised by up to `room` \[mm\].
+/// Poses that are tried first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PoseOrder {
+    /// Those that lean square to the nearest other face: along a corner the inclination stays the same to the corner.
+    Square,
+    /// Those nearest to the pose before.
+    AsBefore,
+}
+
+/// Search of a pose that fits.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PoseSearch {
+    /// Height by which the tool may be raised where its corner would go into a face \[mm\].
+    pub(crate) room: f64,
+    /// Pose before, to whose inclination the nearest is searched; without it the first from upright to inclined.
+    pub(crate) before: Option<ToolPose>,
+    pub(crate) order: PoseOrder,
+}
+
+/// Returns a pose in which the cutter touches a point and the whole tool keeps off all faces, within reach of the machine:
+/// the first in the order of the search.
 pub(crate) fn fitting_pose_near(
     keep_off: &KeepOff<'_>,
     contact: &ContactPoint,
     cutter: &Cutter,
-    room: f64,
-    before: Option<ToolPose>,
+    search: PoseSearch,
 ) -> Option<ToolPose> {
+    let PoseSearch { room, before, order } = search;
     let query = NearestQuery::any(keep_off.least - keep_off.precision, keep_off.precision);
     let ball_fits = |corner: &Point3<f64>| {
         let ball = ToolPose { tip: *corner, axis: contact.normal };
@@ -283,15 +302,20 @@ pub(crate) fn fitting_pose_near(
     let gap = LIFTS.into_iter().map(gap).find(fits_raised)?;
     // Step 2: the whole tool, at inclinations more and more different.
     let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
-    let all = || poses(contact, gap, cutter);
-    let nearest = match before {
-        None => all().find(fits),
-        Some(before) => {
-            let same = pose_along(&before.axis, contact, gap, cutter);
-            same.into_iter().chain(by_turn(&before.axis, all())).find(fits)
-        }
+    let sorted = |poses: Vec<ToolPose>| match before {
+        None => poses,
+        Some(before) => by_turn(&before.axis, poses.into_iter()),
     };
-    nearest.or_else(|| square_poses(keep_off, contact, gap, cutter).into_iter().find(fits))
+    let square = || sorted(square_poses(keep_off, contact, gap, cutter)).into_iter().find(fits);
+    let as_before = || {
+        let same = before.and_then(|before| pose_along(&before.axis, contact, gap, cutter));
+        let others = || sorted(poses(contact, gap, cutter).collect());
+        same.filter(fits).or_else(|| others().into_iter().find(fits))
+    };
+    match order {
+        PoseOrder::Square => square().or_else(as_before),
+        PoseOrder::AsBefore => as_before().or_else(square),
+    }
 }
 
 /// Returns poses that lean straight towards the nearest other face, and straight away from it.
@@ -307,11 +331,18 @@ fn square_poses(
     let arc = cutter.contact_arc();
     let ahead = keep_off.neighbour_normal(&contact.point, cutter.radius());
     let ahead = ahead.and_then(|other| direction_ahead(&other, &contact.normal));
-    let pose = |ahead: UnitVector3<f64>| {
-        let center = contact.above(arc.radius, gap);
-        angles(cutter).map(move |angle| arc.pose(center, &contact.normal, &ahead, angle))
+    // Away from the other face farther than elsewhere, up to the flank: at the foot of a wall the tool stands.
+    let has_flank = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
+    let steep = STEEP.into_iter().filter(move |_| has_flank);
+    let pose = |ahead: UnitVector3<f64>, angle: f64| {
+        arc.pose(contact.above(arc.radius, gap), &contact.normal, &ahead, angle)
     };
-    ahead.into_iter().flat_map(|ahead| [-ahead, ahead]).flat_map(pose).collect()
+    let poses = |ahead: UnitVector3<f64>| {
+        let both = [-ahead, ahead].into_iter();
+        let both = both.flat_map(|ahead| angles(cutter).map(move |angle| pose(ahead, angle)));
+        both.chain(steep.map(|angle| pose(ahead, angle))).collect()
+    };
+    ahead.map_or_else(Vec::new, poses)
 }
 
 /// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines
@@ -418,9 +449,10 @@ mod tests {
         let (tool, cost) = (ToolBody::new(&cutter), LengthCost { link: 1.0 });
         let (part_faces, tool, cost) = (&part_faces, &tool, &cost);
         let keep_off = KeepOff { cost, part_faces, own: 0, tool, least: -1e-3, precision: 1e-4 };
+        let search = PoseSearch { room: 0.0, before: None, order: PoseOrder::AsBefore };
         for up in [0.002, 0.05, 1.0] {
             let contact = ContactPoint::new(&slope, [3.0, up]).unwrap();
-            let pose = fitting_pose_near(&keep_off, &contact, &cutter, 0.0, None).unwrap();
+            let pose = fitting_pose_near(&keep_off, &contact, &cutter, search).unwrap();
             // Nothing of the edge is below the floor, and it touches the slope where it should.
             let [a, b] = tangents(&pose.axis);
             let edge = (0..3600).map(|i| {

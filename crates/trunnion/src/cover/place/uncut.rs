@@ -54,8 +54,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         if boxes.is_empty() {
             return Vec::new();
         }
-        let sweeps: Vec<&PassSweep> =
-            state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
+        let sweeps: Vec<&PassSweep> = state.sweeps().collect();
         let region = self.whole.complete();
         let swept = self.coverage(&region, &sweeps);
         // Coarse cells at the rim of the uncut area, fine ones where a cell is finished at its

@@ -19,6 +19,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Width of the columns that are searched independently, in usual cells.
@@ -164,6 +165,17 @@ struct WaitingCell {
     near: PoseIndices,
 }
 
+/// Cell that waits to be proven near; the queue returns the one that may be farthest.
+struct FarCell {
+    /// Largest distance that one of its points may have from the cutter \[mm\].
+    farthest: f64,
+    cell: Box<FaceCell>,
+    /// Poses that come near.
+    near: PoseIndices,
+    /// Number of times that it may be halved.
+    depth: u32,
+}
+
 impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
     /// Returns columns across, from `from` to `end`, in order along.
     ///
@@ -281,7 +293,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
     }
 
     /// Returns the least distance of a point from the cutter, near some poses \[mm\].
-    fn nearest(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> f64 {
+    pub(crate) fn nearest(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> f64 {
         near.chunk_by(same_sweep)
             .map(|poses| self.nearest_of_sweep(place, poses))
             .fold(f64::INFINITY, f64::min)
@@ -325,43 +337,86 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
     /// Returns `true` if all points of some cells of the face come within `height` \[mm\] of the cutter: the points
     /// themselves, not those raised by the excess.
     ///
-    /// The distance from the cutter is 1-Lipschitz: that of a cell's middle and the radius of the cell bound it.
+    /// The distance from the cutter is 1-Lipschitz: that of a cell's middle and the radius of the cell bound it. The cell
+    /// that may be farthest comes first, so that one point too far away ends the search early.
     pub(crate) fn comes_near(&self, cells: &[[[f64; 2]; 2]], height: f64, depth: u32) -> bool {
-        self.all_near(cells, &self.poses(), NearSearch { height, depth })
-    }
-
-    /// Divides a list of cells with the poses that come near, so that none is compared with all of them.
-    fn all_near(&self, cells: &[[[f64; 2]; 2]], near: &PoseIndices, search: NearSearch) -> bool {
+        let search = NearSearch { height, depth };
+        let mut waiting = BinaryHeap::new();
+        if self.first_cells(cells, &self.poses(), search, &mut waiting).is_break() {
+            return false;
+        }
         let at = self.at_face();
-        let NearSearch { height: limit, depth } = search;
-        let near = self.near_within(&FaceCell::new(hull(cells), &at), near, limit);
-        let [range] = cells else {
-            let (first, last) = cells.split_at(cells.len() / 2);
-            let of = |part: &[[[f64; 2]; 2]]| part.is_empty() || self.all_near(part, &near, search);
-            return of(first) && of(last);
-        };
-        let mut waiting = vec![(FaceCell::new(*range, &at), near, depth)];
-        while let Some((cell, near, depth)) = waiting.pop() {
-            let near = self.near_within(&cell, &near, limit);
-            // No pose within the limit counts as farther away than the limit.
-            let height = self.nearest(&cell.centre(), &near);
-            let held = || self.region.holds(cell.middle());
-            let beyond = || self.region.edges(cell.range).is_empty() && !held();
-            if height + cell.radius() <= limit || beyond() {
-                continue;
-            }
-            if height > limit && held() || depth == 0 {
+        while let Some(FarCell { cell, near, depth, .. }) = waiting.pop() {
+            if depth == 0 {
                 return false;
             }
             let longer = usize::from(cell.extent(1) > cell.extent(0));
-            waiting.extend(cell.halves(longer, &at).map(|half| (half, near.clone(), depth - 1)));
+            for half in cell.halves(longer, &at) {
+                let search = NearSearch { depth: depth - 1, ..search };
+                if self.look(half, &near, search, &mut waiting).is_break() {
+                    return false;
+                }
+            }
         }
         true
+    }
+
+    /// Looks at each of a list of cells, with the poses that come near, so that none is compared with all of them.
+    fn first_cells(
+        &self,
+        cells: &[[[f64; 2]; 2]],
+        near: &PoseIndices,
+        search: NearSearch,
+        waiting: &mut BinaryHeap<FarCell>,
+    ) -> ControlFlow<()> {
+        let at = self.at_face();
+        match cells {
+            [] => ControlFlow::Continue(()),
+            [range] => self.look(FaceCell::new(*range, &at), near, search, waiting),
+            _ => {
+                let near = self.near_within(&FaceCell::new(hull(cells), &at), near, search.height);
+                let (first, last) = cells.split_at(cells.len() / 2);
+                self.first_cells(first, &near, search, waiting)?;
+                self.first_cells(last, &near, search, waiting)
+            }
+        }
+    }
+
+    /// Looks at the middle of a cell, which waits for a closer look unless all of it is near or outside the region; breaks
+    /// where the middle is too far away.
+    fn look(
+        &self,
+        cell: FaceCell,
+        near: &[[usize; 2]],
+        search: NearSearch,
+        waiting: &mut BinaryHeap<FarCell>,
+    ) -> ControlFlow<()> {
+        let NearSearch { height: limit, depth } = search;
+        let near = self.near_within(&cell, near, limit);
+        // No pose within the limit counts as farther away than the limit.
+        let height = self.nearest(&cell.centre(), &near);
+        let farthest = height + cell.radius();
+        if farthest <= limit {
+            return ControlFlow::Continue(());
+        }
+        let held = self.region.holds(cell.middle());
+        if height > limit && held {
+            return ControlFlow::Break(());
+        }
+        if held || !self.region.edges(cell.range).is_empty() {
+            waiting.push(FarCell { farthest, cell: Box::new(cell), near, depth });
+        }
+        ControlFlow::Continue(())
     }
 
     /// Returns the poses in which the cutter may come within `margin` \[mm\] of a cell of the face.
     pub(crate) fn poses_near(&self, range: [[f64; 2]; 2], margin: f64) -> PoseIndices {
         self.near_within(&FaceCell::new(range, &self.at_face()), &self.poses(), margin)
+    }
+
+    /// Returns the poses in which the cutter may come within `radius` \[mm\] of a point.
+    pub(crate) fn poses_about(&self, centre: &Point3<f64>, radius: f64) -> PoseIndices {
+        self.within(centre, radius, &self.poses())
     }
 
     /// Returns all poses of all sweeps.
@@ -437,11 +492,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
 
     /// Returns those poses between which and the next a point of the cell may be within `margin` \[mm\] of the cutter.
     fn near_within(&self, cell: &FaceCell, poses: &[[usize; 2]], margin: f64) -> PoseIndices {
-        let (centre, radius) = (cell.centre(), cell.radius() + margin);
+        self.within(&cell.centre(), cell.radius() + margin, poses)
+    }
+
+    fn within(&self, centre: &Point3<f64>, radius: f64, poses: &[[usize; 2]]) -> PoseIndices {
         let close = |place: &&[usize; 2]| {
             let sweep = self.sweeps[place[0]];
             let (_, pose) = &sweep.poses[place[1]];
-            self.end.distance(&centre, pose) <= radius + sweep.stride((centre - pose.tip).norm())
+            self.end.distance(centre, pose) <= radius + sweep.stride((centre - pose.tip).norm())
         };
         poses.iter().filter(close).copied().collect()
     }
@@ -543,5 +601,25 @@ impl Ord for WaitingCell {
         let key = |w: &Self| [w.cell.range[0][0], w.cell.range[1][0]];
         let ([a0, a1], [b0, b1]) = (key(self), key(other));
         b0.total_cmp(&a0).then(b1.total_cmp(&a1))
+    }
+}
+
+impl PartialEq for FarCell {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for FarCell {}
+
+impl PartialOrd for FarCell {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for FarCell {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.farthest.total_cmp(&other.farthest)
     }
 }
