@@ -43,13 +43,13 @@ pub use flank_refusal::FlankRefusal;
 pub use join::axis_reach::AxisReach;
 pub use join::hop::{HopOptions, TravelTime};
 pub(crate) use join::leads::height;
-pub use join::legs::legs;
+pub use join::legs::{JoinedPasses, PassLeftOut, join, legs};
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 pub use place::flank::flank_fits;
 pub use place::rulings::{flank_axis, rulings_fit};
-pub use plan::{CoverRequest, LeftArea, cover};
+pub use plan::{CoverRequest, LeftArea, cover, without};
 pub use report::{
     CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, LayoutCost, PassFallback,
     PassLayout, RefusedPoint,

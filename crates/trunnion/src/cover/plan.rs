@@ -7,11 +7,12 @@ use super::place::context::{FaceRequest, PartSetup};
 use super::place::face::cover_face;
 use super::place::leftover::cover_leftover;
 use super::place::progress::FacesProgress;
+use super::place::without::left_by;
 use super::prove::part_faces::PartFaces;
-use super::report::{Covering, RefusedPoint};
+use super::report::{CoverReport, Covering, RefusedPoint};
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
-use crate::types::{Progress, UncutRegion};
+use crate::types::{Pass, Progress, Silent, UncutRegion};
 use rayon::prelude::*;
 use std::fmt;
 
@@ -161,4 +162,45 @@ pub fn cover(request: &CoverRequest<'_>, progress: &dyn Progress) -> Result<Cove
         }
         _ => Ok(all),
     }
+}
+
+/// Takes some passes out of the result of `request`, by their indices, and measures anew what is left of their faces.
+///
+/// For passes that cannot be joined to the others ([`join`](super::join())).
+pub fn without(request: &CoverRequest<'_>, covering: Covering, indices: &[usize]) -> Covering {
+    let CoverRequest { faces, others, cutter, options, left, cost } = *request;
+    let by_length = LengthCost { link: options.link };
+    let cost: &dyn PassCost = cost.unwrap_or(&by_length);
+    let part_faces = PartFaces::new(faces.iter().chain(others), cutter);
+    let progress = FacesProgress::new(&Silent, faces.len());
+    let Covering { passes, mut report } = covering;
+    let (mut kept, mut lost): (Vec<Pass>, Vec<Pass>) = (Vec::new(), Vec::new());
+    for (index, pass) in passes.into_iter().enumerate() {
+        if indices.contains(&index) { lost.push(pass) } else { kept.push(pass) }
+    }
+    let loses = |number: usize| lost.iter().any(|pass| pass.face == number);
+    let measured: Vec<CoverReport> = faces
+        .par_iter()
+        .enumerate()
+        .filter(|(_, face)| loses(face.face().number))
+        .map(|(own, face)| {
+            let number = face.face().number;
+            let setup = PartSetup { cutter, part_faces: &part_faces, own, cost };
+            let request =
+                FaceRequest { face, setup, options, progress: progress.face(own, number) };
+            let of_face: Vec<&Pass> = kept.iter().filter(|pass| pass.face == number).collect();
+            let parts = left.filter(|left| left.cut.contains(&number)).map(|left| {
+                left.regions.iter().filter(|part| part.face == number).collect::<Vec<_>>()
+            });
+            left_by(&request, &of_face, parts.as_deref()).report
+        })
+        .collect();
+    report.rest.retain(|part| !loses(part.face));
+    report.rest.extend(measured.into_iter().flat_map(|of_face| of_face.rest));
+    for pass in &lost {
+        report.stations -= pass.stations.len();
+        report.length -= by_length.pass(&pass.stations);
+        report.cost -= cost.pass(&pass.stations) * cost.feed();
+    }
+    Covering { passes: kept, report }
 }

@@ -4,9 +4,10 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::leftover::Leftover;
 use super::planned_motion::PlannedMotion;
+use super::wording::counted;
 use super::{pass_order, regions, retracts, stages, turn_limit};
 use crate::axes::FollowedPath;
-use crate::cover::{Covering, LeftArea};
+use crate::cover::{Covering, JoinedPasses, LeftArea};
 use crate::feed::FeedPlan;
 use crate::files::job::JobArea;
 use crate::files::summary::{RetractSummary, SingularSummary, TurnLimitSummary};
@@ -26,8 +27,8 @@ pub(super) struct JobPasses<'a> {
     pub(super) operations: Vec<OperationPasses<'a>>,
     /// Regions that all of them leave.
     pub(super) left: Leftover,
-    /// Operations that cut nothing, one sentence each.
-    pub(super) idle: Vec<String>,
+    /// Operations that cut nothing, and passes that are left out, one sentence each.
+    pub(super) notes: Vec<String>,
 }
 
 /// Places the passes of all operations, one after the other.
@@ -40,42 +41,78 @@ pub(super) fn passes<'a>(
     progress: &dyn Progress,
 ) -> Result<JobPasses<'a>, PipelineError> {
     let mut left = Leftover::default();
-    let (mut operations, mut idle) = (Vec::new(), Vec::new());
+    let (mut operations, mut notes) = (Vec::new(), Vec::new());
     for job in job.operations() {
-        let covering = match job.file.strategy.area {
-            JobArea::Whole => {
-                let covering = stages::cover(job, progress)?;
-                left.cut_whole(job, &covering);
-                covering
-            }
-            JobArea::Rest => {
-                let regions = left.on(job);
-                let cut = left.cut_faces();
-                if regions.is_empty()
-                    && job.faces.iter().all(|face| cut.contains(&face.face().number))
-                {
-                    idle.push(format!("{}: nothing is left for it to cut", job.name));
-                    continue;
-                }
-                let area = LeftArea { cut: &cut, regions: &regions };
-                let covering = stages::cover_left(job, area, progress)?;
-                left.cut_rest(job, &covering);
-                covering
-            }
+        let is_rest = job.file.strategy.area == JobArea::Rest;
+        let (regions, cut) = (left.on(job), left.cut_faces());
+        if is_rest
+            && regions.is_empty()
+            && job.faces.iter().all(|face| cut.contains(&face.face().number))
+        {
+            notes.push(format!("{}: nothing is left for it to cut", job.name));
+            continue;
+        }
+        let area = is_rest.then_some(LeftArea { cut: &cut, regions: &regions });
+        let covering = match area {
+            None => stages::cover(job, progress)?,
+            Some(area) => stages::cover_left(job, area, progress)?,
+        };
+        let take_in = |left: &mut Leftover, covering: &Covering| {
+            if is_rest { left.cut_rest(job, covering) } else { left.cut_whole(job, covering) }
         };
         if covering.passes.is_empty() {
-            idle.push(format!("{}: no pass with this tool finishes anything", job.name));
+            take_in(&mut left, &covering);
+            notes.push(format!("{}: no pass with this tool finishes anything", job.name));
             continue;
         }
         let passes = pass_order::shorten_links(&job.kinematics, covering.passes);
         let covering = Covering { passes, ..covering };
-        let legs = stages::legs(job, &covering.passes, progress)?;
-        operations.push(OperationPasses { job, covering, legs });
+        let JoinedOperation { passes, note } = join(job, area, covering, progress)?;
+        take_in(&mut left, &passes.covering);
+        operations.push(passes);
+        notes.extend(note);
     }
     if operations.is_empty() {
         return Err(PipelineError::NothingCut { why: regions::unfinished(job, &left) });
     }
-    Ok(JobPasses { operations, left, idle })
+    Ok(JobPasses { operations, left, notes })
+}
+
+/// Passes of an operation with leads and links.
+pub(super) struct JoinedOperation<'a> {
+    pub(super) passes: OperationPasses<'a>,
+    /// Passes that are left out, in a sentence.
+    pub(super) note: Option<String>,
+}
+
+/// Adds leads and links to the passes of an operation. Passes that no lead or link connects are left out, and what they
+/// leave is measured.
+///
+/// # Errors
+///
+/// The reason of the first pass, if none can be joined; [`PipelineError::Cancelled`].
+pub(super) fn join<'a>(
+    job: &'a Job,
+    left: Option<LeftArea<'_>>,
+    covering: Covering,
+    progress: &dyn Progress,
+) -> Result<JoinedOperation<'a>, PipelineError> {
+    let JoinedPasses { legs, left_out } = stages::join(job, &covering.passes, progress)?;
+    let Some(first) = left_out.first() else {
+        let passes = OperationPasses { job, covering, legs };
+        return Ok(JoinedOperation { passes, note: None });
+    };
+    if left_out.len() == covering.passes.len() {
+        return Err(first.why.clone().into());
+    }
+    let passes = counted(left_out.len(), "pass");
+    let note =
+        format!("{passes} left out, what only they would finish is not finished: {}", first.why);
+    let note = if job.name.is_empty() { note } else { format!("{}: {note}", job.name) };
+    let indices: Vec<usize> = left_out.iter().map(|one| one.index).collect();
+    let covering = stages::cover_without(job, left, covering, &indices);
+    let passes = OperationPasses { job, covering, legs };
+    Ok(JoinedOperation { passes, note: Some(note) })
 }
 
 /// Motion of one operation.

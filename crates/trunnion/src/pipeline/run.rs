@@ -15,7 +15,7 @@ use super::sheets::{LegsOf, Sheets, cutter_locations, sheets};
 use super::solids::{Solids, solids};
 use super::stages;
 use super::summary::{StageResults, summary};
-use crate::cover::Covering;
+use crate::cover::{Covering, JoinedPasses};
 use crate::nc::write::OutputFormat;
 use crate::types::Progress;
 
@@ -102,11 +102,11 @@ impl<'a> PlannedJob<'a> {
         warnings: Vec<String>,
         progress: &dyn Progress,
     ) -> Result<Self, PipelineError> {
-        let PassesOfJob { job, passes: JobPasses { operations, left, mut idle } } = passes;
-        idle.retain(|line| !warnings.contains(line));
+        let PassesOfJob { job, passes: JobPasses { operations, left, mut notes } } = passes;
+        notes.retain(|line| !warnings.contains(line));
         let planned = operations.into_iter().map(|passes| OperationMotion::plan(passes, progress));
         let operations = planned.collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { job, operations, left, warnings: [warnings, idle].concat() })
+        Ok(Self { job, operations, left, warnings: [warnings, notes].concat() })
     }
 
     fn inputs<'s>(&'s self, solids: &'s Solids) -> ProgramInputs<'s> {
@@ -175,14 +175,19 @@ impl<'a> PlannedJob<'a> {
         let operations = changed.operations().filter_map(kept).map(|(job, one)| {
             let covering = one.covering.clone();
             let legs = if change.moves_links() {
-                stages::legs(job, &covering.passes, progress)?
+                let JoinedPasses { legs, left_out } =
+                    stages::join(job, &covering.passes, progress)?;
+                if let Some(one) = left_out.into_iter().next() {
+                    return Err(one.why.into());
+                }
+                legs
             } else {
                 one.legs.clone()
             };
             Ok(OperationPasses { job, covering, legs })
         });
         let operations = operations.collect::<Result<Vec<_>, PipelineError>>()?;
-        Ok(JobPasses { operations, left: self.left.clone(), idle: Vec::new() })
+        Ok(JobPasses { operations, left: self.left.clone(), notes: Vec::new() })
     }
 }
 

@@ -3,7 +3,7 @@
 use super::error::{PipelineError, unless_stopped};
 use super::job::Job;
 use super::keep_clear::PlanChange;
-use super::operations::{OperationMotion, OperationPasses, passes};
+use super::operations::{OperationMotion, OperationPasses, join, passes};
 use super::programs::{self, ProgramInputs, TooNear};
 use super::rotary_half::RotaryHalf;
 use super::run::covered;
@@ -59,8 +59,7 @@ pub fn setup(
 ) -> Result<SetupResult, PipelineError> {
     let operations = if job.following.is_empty() {
         let covering = covered(job, progress)?;
-        let legs = stages::legs(job, &covering.passes, progress)?;
-        vec![OperationPasses { job, covering, legs }]
+        vec![join(job, None, covering, progress)?.passes]
     } else {
         passes(job, progress)?.operations
     };

@@ -12,7 +12,8 @@ use crate::axes::{
 };
 use crate::cover::{
     self, AxisReach, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection,
-    FinishTolerance, HopOptions, LeftArea, LinkOptions, LinkRequest, PlacementMethod, PrismaticUse,
+    FinishTolerance, HopOptions, JoinedPasses, LeftArea, LinkOptions, LinkRequest, PlacementMethod,
+    PrismaticUse,
 };
 use crate::feed::{
     self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions, ProgrammedSpeeds,
@@ -94,6 +95,34 @@ fn cover_area(
     area: CoverArea<'_>,
     progress: &dyn Progress,
 ) -> Result<Covering, PipelineError> {
+    let covering = with_request(job, area, |request| cover::cover(request, progress))?;
+    Ok(without_shallow(job, covering))
+}
+
+/// Takes passes out of a covering, by their indices, and measures what is left of its faces, or of the area that operations
+/// before have left.
+pub(super) fn cover_without(
+    job: &Job,
+    left: Option<LeftArea<'_>>,
+    covering: Covering,
+    indices: &[usize],
+) -> Covering {
+    let area = CoverArea { left, ..CoverArea::of(job) };
+    without_shallow(
+        job,
+        with_request(job, area, |request| cover::without(request, covering, indices)),
+    )
+}
+
+/// Leaves the decision about spots that are within the tolerance, but above the strips' share, to the inspection of the
+/// program.
+fn without_shallow(job: &Job, mut covering: Covering) -> Covering {
+    covering.report.rest.retain(|part| part.depth > job.budget.total);
+    covering
+}
+
+/// Calls a function with the request for passes.
+fn with_request<T>(job: &Job, area: CoverArea<'_>, call: impl FnOnce(&CoverRequest<'_>) -> T) -> T {
     let CoverArea { left, max_axis_turn } = area;
     let strategy = &job.file.strategy;
     let tolerance = FinishTolerance { excess: job.budget.total, gouge: job.budget.gouge };
@@ -151,10 +180,7 @@ fn cover_area(
         cost: Some(&cost),
         ..CoverRequest::new(&job.faces, &job.cutter, &options)
     };
-    let mut covering = cover::cover(&request, progress)?;
-    // The inspection of the program decides about spots that are within the tolerance, but above the strips' share.
-    covering.report.rest.retain(|part| part.depth > job.budget.total);
-    Ok(covering)
+    call(&request)
 }
 
 /// Returns true if the tool may hop; where stock may be anywhere, it links above all of it.
@@ -183,12 +209,12 @@ fn link_length(job: &Job) -> f64 {
     2.0 * way + 3.0 * feed * slowest(way)
 }
 
-/// Adds leads and links to the passes.
-pub(super) fn legs(
+/// Adds leads and links to the passes, as far as there are any.
+pub(super) fn join(
     job: &Job,
     passes: &[Pass],
     progress: &dyn Progress,
-) -> Result<Vec<Leg>, PipelineError> {
+) -> Result<JoinedPasses, PipelineError> {
     let lead = match job.file.strategy.lead {
         file::JobLead::Axis => cover::LeadKind::Axis,
         file::JobLead::Tangent => cover::LeadKind::Tangent { length: job.cutter.radius() },
@@ -224,7 +250,7 @@ pub(super) fn legs(
         reach: Some(AxisReach { home, reaches: &reaches }),
         ..LinkRequest::new(passes, &faces, &job.cutter, &options)
     };
-    Ok(cover::legs(&request, progress)?)
+    Ok(cover::join(&request, progress)?)
 }
 
 /// Fits curves through the cutter locations, smoothed if the job asks for it.

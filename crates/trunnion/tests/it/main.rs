@@ -37,6 +37,7 @@ mod inner_velocities;
 mod keep_clear;
 mod kinematics;
 mod layers;
+mod left_out;
 mod links;
 mod machine_files;
 mod many_poses;

@@ -23,6 +23,9 @@ const LEAST_CLIMB: f64 = 0.1;
 /// Precision to which gouges of a lead are found, as a share of the gouge tolerance.
 pub(crate) const PRECISION: f64 = 0.1;
 
+/// Precision of a closer proof, over the usual one.
+const CLOSER: f64 = 0.1;
+
 /// Passes, faces and tool, ready for leads and links.
 pub(crate) struct LinkPlanner<'a> {
     pub(crate) faces: &'a [FaceIndex],
@@ -48,6 +51,15 @@ pub(crate) enum ClearLevel {
     Plane,
     /// Above the part as seen along the tool axis.
     Axis,
+}
+
+/// Proof that a lead does not gouge.
+#[derive(Debug, Clone, Copy)]
+struct LeadProof {
+    /// Depth to which the tool may go into a face \[mm\].
+    allowed: f64,
+    /// Precision of the bounds \[mm\].
+    precision: f64,
 }
 
 /// Straight part of a lead.
@@ -103,14 +115,38 @@ impl LinkPlanner<'_> {
             leads.extend(self.ups(&end, level).map(|up| vec![tangent(), up]));
         }
         leads.extend(self.ups(&end, level).map(|up| vec![up]));
+        // The end of a pass may keep no more than leads have to: a bound below that by its precision says nothing then, and
+        // a closer one decides.
+        let rough = LeadProof { allowed: self.options.gouge, precision: self.precision() };
+        let precision = CLOSER * self.precision();
+        let close = LeadProof { allowed: self.options.gouge + precision, precision };
+        self.first_clear(end, &leads, rough).or_else(|_| self.first_clear(end, &leads, close))
+    }
+
+    /// Returns the stations of the first lead that is proven not to gouge.
+    ///
+    /// # Errors
+    ///
+    /// The greatest depth of a gouge where every lead gouges.
+    fn first_clear(
+        &self,
+        end: Station,
+        leads: &[Vec<LeadStep>],
+        proof: LeadProof,
+    ) -> Result<Vec<Station>, f64> {
         let mut deepest = 0.0;
         for lead in leads {
-            match self.follow(end, &lead) {
+            match self.follow(end, lead, proof) {
                 Ok(stations) => return Ok(stations),
                 Err(depth) => deepest = f64::max(deepest, depth),
             }
         }
         Err(deepest)
+    }
+
+    /// Returns the usual precision of proofs of leads and hops \[mm\].
+    fn precision(&self) -> f64 {
+        PRECISION * self.options.gouge.abs()
     }
 
     /// Returns candidate steps up to the height of the links: along the tool axis, halfway towards `up`, and along
@@ -147,12 +183,17 @@ impl LinkPlanner<'_> {
     }
 
     /// Returns the stations at the corners of a lead, or the depth of its gouge.
-    fn follow(&self, from: Station, lead: &[LeadStep]) -> Result<Vec<Station>, f64> {
+    fn follow(
+        &self,
+        from: Station,
+        lead: &[LeadStep],
+        proof: LeadProof,
+    ) -> Result<Vec<Station>, f64> {
         let mut stations = vec![from];
         let mut here = from;
         for LeadStep { direction, length } in lead {
-            let depth = self.depth(&here.pose, direction, *length);
-            if depth > self.options.gouge {
+            let depth = self.depth(&here.pose, direction, *length, proof);
+            if depth > proof.allowed {
                 return Err(depth);
             }
             here = moved(&here, &(direction.scale(*length)));
@@ -162,19 +203,28 @@ impl LinkPlanner<'_> {
     }
 
     /// Returns the depth to which the tool goes into a face on a straight move; a lower bound of it where that is
-    /// more than the gouge tolerance.
-    fn depth(&self, from: &ToolPose, direction: &UnitVector3<f64>, length: f64) -> f64 {
+    /// more than is allowed.
+    fn depth(
+        &self,
+        from: &ToolPose,
+        direction: &UnitVector3<f64>,
+        length: f64,
+        proof: LeadProof,
+    ) -> f64 {
         let start = Station { pose: *from, contact: from.tip };
         let end = moved(&start, &direction.scale(length));
         let sweep = PassSweep::of(PoseCurve::through(&[start, end], self.lever), self.lever);
-        let precision = PRECISION * self.options.gouge.abs();
-        self.depth_in(&sweep, 0, precision - self.options.gouge)
+        let LeadProof { allowed, precision } = proof;
+        self.depth_to(&sweep, 0, precision - allowed, precision)
     }
 
     /// Returns the depth to which the tool goes into a face during a span; a lower bound of it where the tool does not
     /// keep `target`.
     pub(crate) fn depth_in(&self, sweep: &PassSweep, span: usize, target: f64) -> f64 {
-        let precision = PRECISION * self.options.gouge.abs();
+        self.depth_to(sweep, span, target, self.precision())
+    }
+
+    fn depth_to(&self, sweep: &PassSweep, span: usize, target: f64, precision: f64) -> f64 {
         let of = |(face, tree): (&FaceIndex, &FaceTree)| {
             let tool = &self.tool;
             let chart = &self.chart;

@@ -9,6 +9,7 @@ use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::prove::sweep::PassSweep;
 use crate::types::{Leg, Motion, Pass, Progress, Stage, Station};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Least cosine between tool axis and plane normal for links over the plane \[60 deg\]. At larger angles, leads along
@@ -68,30 +69,99 @@ const UPRIGHT: f64 = 0.5;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn legs(request: &LinkRequest<'_>, progress: &dyn Progress) -> Result<Vec<Leg>, CoverError> {
+    let JoinedPasses { legs, left_out } = join(request, progress)?;
+    left_out.into_iter().next().map_or(Ok(legs), |one| Err(one.why))
+}
+
+/// Legs of all passes that can be joined, and the passes that cannot.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct JoinedPasses {
+    /// Legs, as of [`legs`].
+    pub legs: Vec<Leg>,
+    /// Passes that are left out, by their indices.
+    pub left_out: Vec<PassLeftOut>,
+}
+
+/// Pass that no lead or link connects with the others.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct PassLeftOut {
+    /// Index of the pass.
+    pub index: usize,
+    /// Reason: [`CoverError::LeadGouges`] or [`CoverError::NoWayRound`].
+    pub why: CoverError,
+}
+
+/// Joins passes as [`legs`] does, but leaves out those that have no leads, or no link from the pass before.
+///
+/// [`without`](super::super::without) measures what they leave.
+///
+/// # Errors
+///
+/// [`CoverError::Cancelled`] on request.
+pub fn join(
+    request: &LinkRequest<'_>,
+    progress: &dyn Progress,
+) -> Result<JoinedPasses, CoverError> {
     let planner = LinkPlanner::new(request);
     let passes = request.passes;
     let done = AtomicU64::new(0);
     let total = passes.len() as u64;
-    // One join before each pass, and one after the last.
-    let joins: Vec<Vec<Leg>> = (0..=passes.len())
-        .into_par_iter()
-        .map(|next| {
-            progress.step(Stage::Cover, done.fetch_add(1, Ordering::Relaxed), total)?;
+    let mut left_out: BTreeMap<usize, CoverError> = BTreeMap::new();
+    let mut joins: BTreeMap<PassPair, Vec<Leg>> = BTreeMap::new();
+    let pairs = loop {
+        // One join before each pass, and one after the last; where a pass was left out, its neighbours are joined.
+        let pairs = pairs((0..passes.len()).filter(|index| !left_out.contains_key(index)));
+        let open: Vec<PassPair> =
+            pairs.iter().filter(|pair| !joins.contains_key(*pair)).copied().collect();
+        if open.is_empty() {
+            break pairs;
+        }
+        let found = open.into_par_iter().map(|pair| {
+            progress.step(Stage::Cover, done.fetch_add(1, Ordering::Relaxed).min(total), total)?;
             let numbered = |index: usize| Some(NumberedPass { index, pass: passes.get(index)? });
-            let before = next.checked_sub(1).and_then(numbered);
-            planner.between(before, numbered(next), request.hops.as_ref(), request.reach.as_ref())
-        })
-        .collect::<Result<_, CoverError>>()?;
+            let [before, next] = pair.map(|index| index.and_then(numbered));
+            let legs = planner.between(before, next, request.hops.as_ref(), request.reach.as_ref());
+            Ok((pair, legs))
+        });
+        for (pair, legs) in found.collect::<Result<Vec<_>, CoverError>>()? {
+            match legs {
+                Ok(legs) => _ = joins.insert(pair, legs),
+                Err(PassLeftOut { index, why }) => _ = left_out.entry(index).or_insert(why),
+            }
+        }
+    };
+    let legs = assembled(passes, &pairs, joins);
+    let left_out = left_out.into_iter().map(|(index, why)| PassLeftOut { index, why }).collect();
+    Ok(JoinedPasses { legs, left_out })
+}
+
+/// Indices of two passes, one after the other; none before the first and after the last.
+type PassPair = [Option<usize>; 2];
+
+/// Returns each pass with the next.
+fn pairs(kept: impl Iterator<Item = usize> + Clone) -> Vec<PassPair> {
+    let before = std::iter::once(None).chain(kept.clone().map(Some));
+    let next = kept.map(Some).chain(std::iter::once(None));
+    before.zip(next).map(|(before, next)| [before, next]).collect()
+}
+
+/// Returns the legs of passes and the joins between them in the order they are run.
+fn assembled(
+    passes: &[Pass],
+    pairs: &[PassPair],
+    mut joins: BTreeMap<PassPair, Vec<Leg>>,
+) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
-    let cuts =
-        passes.iter().map(|pass| Leg { motion: Motion::Cut, stations: pass.stations.clone() });
-    let mut cuts = cuts.fuse();
-    for join in joins {
+    for pair in pairs {
+        let join = joins.remove(pair).unwrap_or_default();
         // A pass that continues the one before begins exactly where that ended.
         let end = legs.last().filter(|_| join.is_empty()).and_then(|leg| leg.stations.last());
         let end = end.copied();
         legs.extend(join);
-        let mut cut = cuts.next();
+        let pass = pair[1].and_then(|index| passes.get(index));
+        let mut cut = pass.map(|pass| Leg { motion: Motion::Cut, stations: pass.stations.clone() });
         if let (Some(end), Some(first)) =
             (end, cut.as_mut().and_then(|cut| cut.stations.first_mut()))
         {
@@ -99,7 +169,7 @@ pub fn legs(request: &LinkRequest<'_>, progress: &dyn Progress) -> Result<Vec<Le
         }
         legs.extend(cut);
     }
-    Ok(legs)
+    legs
 }
 
 /// Leads of two passes, and the link between their ends.
@@ -117,6 +187,20 @@ struct NumberedPass<'a> {
     pass: &'a Pass,
 }
 
+impl NumberedPass<'_> {
+    /// Leaves out the pass, all of whose leads gouge, by `depth` \[mm\] or more.
+    fn without_lead(self, depth: f64) -> PassLeftOut {
+        let Self { index, pass } = self;
+        PassLeftOut { index, why: CoverError::LeadGouges { pass: index, face: pass.face, depth } }
+    }
+
+    /// Leaves out the pass, to which no link leads from the pass before.
+    fn without_link(self) -> PassLeftOut {
+        let Self { index, pass } = self;
+        PassLeftOut { index, why: CoverError::NoWayRound { pass: index, face: pass.face } }
+    }
+}
+
 /// Lead that is divided into its upper part, if there is any, and its lower part.
 struct SplitLead {
     high: Option<Vec<Station>>,
@@ -131,7 +215,7 @@ impl LinkPlanner<'_> {
         next: Option<NumberedPass<'_>>,
         hops: Option<&HopOptions<'_>>,
         reach: Option<&AxisReach<'_>>,
-    ) -> Result<Vec<Leg>, CoverError> {
+    ) -> Result<Vec<Leg>, PassLeftOut> {
         if let (Some(before), Some(next), Some(hops)) = (before, next, hops) {
             let passes = [before.pass, next.pass];
             if continues(passes) {
@@ -209,11 +293,10 @@ impl LinkPlanner<'_> {
     }
 
     /// Plans the lead at an end of the program.
-    fn lead_alone(&self, of: NumberedPass<'_>, end: PassEnd) -> Result<Vec<Station>, CoverError> {
+    fn lead_alone(&self, of: NumberedPass<'_>, end: PassEnd) -> Result<Vec<Station>, PassLeftOut> {
         let [first, second] =
             self.order(&[station_at(of.pass, end)]).map(|level| self.lead(of.pass, end, level));
-        let gouges = |depth| CoverError::LeadGouges { pass: of.index, face: of.pass.face, depth };
-        first.or_else(|depth| second.map_err(|other| gouges(depth.max(other))))
+        first.or_else(|depth| second.map_err(|other| of.without_lead(depth.max(other))))
     }
 
     /// Joins two passes over the plane if both have leads to it, otherwise around the part.
@@ -224,7 +307,7 @@ impl LinkPlanner<'_> {
         one: NumberedPass<'_>,
         next: NumberedPass<'_>,
         reach: Option<&AxisReach<'_>>,
-    ) -> Result<PassJoin, CoverError> {
+    ) -> Result<PassJoin, PassLeftOut> {
         let ends = [station_at(one.pass, PassEnd::Last), station_at(next.pass, PassEnd::First)];
         let [first, second] = self.order(&ends);
         let by = |level| self.join_at(level, one, next, reach);
@@ -249,19 +332,16 @@ impl LinkPlanner<'_> {
         one: NumberedPass<'_>,
         next: NumberedPass<'_>,
         reach: Option<&AxisReach<'_>>,
-    ) -> Result<PassJoin, CoverError> {
+    ) -> Result<PassJoin, PassLeftOut> {
         let lead = |of: NumberedPass<'_>, end| {
-            let gouges =
-                |depth| CoverError::LeadGouges { pass: of.index, face: of.pass.face, depth };
-            self.lead(of.pass, end, level).map_err(gouges)
+            self.lead(of.pass, end, level).map_err(|depth| of.without_lead(depth))
         };
         let up = lead(one, PassEnd::Last)?;
         let down = lead(next, PassEnd::First)?;
         let link = match (up.last(), down.last()) {
             (Some(from), Some(to)) if level == ClearLevel::Plane => vec![*from, *to],
             (Some(from), Some(to)) if from.pose != to.pose => {
-                let blocked = CoverError::NoWayRound { pass: next.index, face: next.pass.face };
-                self.around(from, to, reach).ok_or(blocked)?
+                self.around(from, to, reach).ok_or_else(|| next.without_link())?
             }
             _ => Vec::new(),
         };

@@ -83,7 +83,7 @@ fn untouched<Inside: Fn(ChartPoint) -> bool + Sync>(
 }
 
 /// Lowers the heights to those that were left before.
-fn lowered(mut placed: PlacedPasses, parts: &[&UncutRegion]) -> PlacedPasses {
+pub(crate) fn lowered(mut placed: PlacedPasses, parts: &[&UncutRegion]) -> PlacedPasses {
     for rest in &mut placed.report.rest {
         let over = |part: &&&UncutRegion| (0..2).all(|k| meet(part.uv[k], rest.uv[k]));
         let before = parts.iter().filter(over).map(|part| part.depth).reduce(f64::max);

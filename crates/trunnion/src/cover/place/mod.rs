@@ -27,3 +27,4 @@ pub(super) mod trial;
 pub(super) mod trim;
 pub(super) mod uncut;
 pub(super) mod unreachable;
+pub(super) mod without;
