@@ -2,8 +2,8 @@
 //!
 //! [`machine`] is the kinematic chain and its forward map, [`inverse`] maps tool poses to axes in
 //! closed form, [`axes`] turns a tool path into an axis path, [`feed`] plans the speed along it as
-//! fast as the axes allow, and [`setpoint`] samples the plan at the servo period. No stage needs a
-//! file format. Units everywhere: **mm, rad, s**.
+//! fast as the axes allow, and [`setpoint`] samples the plan at the servo period. [`program_motion`]
+//! plans a program inside a control, block by block. No stage needs a file format. Units everywhere: **mm, rad, s**.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -12,6 +12,7 @@ pub mod calibrate;
 pub mod feed;
 pub mod inverse;
 pub mod machine;
+pub mod program_motion;
 pub mod setpoint;
 
 pub use nalgebra;

@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 use trunnion::types::AxisVector;
 use trunnion_rt::planner::{
-    BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions, ServoSpeeds,
-    planner,
+    BlockCoordinates, BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions,
+    ServoSpeeds, planner,
 };
-use trunnion_rt::{KinematicsMode, MachineKinematics, machine_from_text, machine_named};
+use trunnion_rt::{MachineKinematics, machine_from_text, machine_named};
 
 const PERIOD: f64 = 0.001;
 const LETTERS: &str = "XYZABCUVW";
@@ -36,7 +36,7 @@ struct Modes {
     inverse: bool,
     feed: f64,
     tolerance: f64,
-    mode: KinematicsMode,
+    coordinates: BlockCoordinates,
     part: String,
 }
 
@@ -59,7 +59,7 @@ fn blocks(text: &str, kinematics: &MachineKinematics, length: f64) -> Vec<TimedB
         inverse: false,
         feed: 0.0,
         tolerance: 0.01,
-        mode: KinematicsMode::Axes,
+        coordinates: BlockCoordinates::Axes,
         part: "head".to_owned(),
     };
     let mut all = Vec::new();
@@ -106,8 +106,8 @@ fn block(
             ("G", "43") => modes.offset[2] += length,
             ("G", "93") => modes.inverse = true,
             ("G", "94") => modes.inverse = false,
-            ("M", "428") => modes.mode = KinematicsMode::ToolCenterPoint,
-            ("M", "429") => modes.mode = KinematicsMode::Axes,
+            ("M", "428") => modes.coordinates = BlockCoordinates::Tip,
+            ("M", "429") => modes.coordinates = BlockCoordinates::Axes,
             ("F", _) => modes.feed = value,
             ("P", _) => modes.tolerance = value,
             _ => {}
@@ -141,7 +141,7 @@ fn block(
         begins: BlockStart::Flow,
         ending: BlockEnding::Blend,
         tolerance: modes.tolerance,
-        mode: modes.mode,
+        coordinates: modes.coordinates,
         tool_length: length,
     };
     modes.at = end;
@@ -156,11 +156,9 @@ fn joints(kinematics: &MachineKinematics, of: &TimedBlock, position: &[f64; 9]) 
         let letter = named.output.letter.as_deref().unwrap_or(&named.name);
         position[LETTERS.find(letter).unwrap()]
     });
-    match of.motion.mode {
-        KinematicsMode::Axes => words,
-        KinematicsMode::ToolCenterPoint => {
-            kinematics.joints(of.motion.tool_length, &words).unwrap().joints
-        }
+    match of.motion.coordinates {
+        BlockCoordinates::Axes => words,
+        BlockCoordinates::Tip => kinematics.joints(of.motion.tool_length, &words).unwrap().joints,
     }
 }
 
@@ -174,8 +172,7 @@ fn main() {
         .map_or_else(|_| machine_named(machine).unwrap(), |text| machine_from_text(&text).unwrap());
     let text = std::fs::read_to_string(program).unwrap();
     let all = blocks(&text, &kinematics, length.parse().unwrap());
-    let (mut servo, mut core) =
-        planner(kinematics.clone(), PlannerOptions::STANDARD, PERIOD).unwrap();
+    let (mut servo, mut core) = planner(&kinematics, PlannerOptions::STANDARD, PERIOD).unwrap();
     servo.reset(all[0].motion.start);
     let mut seconds = vec![0.0; all.len()];
     let mut waiting = all.iter().peekable();
@@ -271,7 +268,7 @@ fn ratios(
     let mut worst = [0.0; 3];
     for four in places.windows(4) {
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| four[k].1);
-        if all[four[0].0].motion.mode != all[four[3].0].motion.mode {
+        if all[four[0].0].motion.coordinates != all[four[3].0].motion.coordinates {
             continue;
         }
         let orders = [

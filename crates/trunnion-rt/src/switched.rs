@@ -2,6 +2,7 @@
 
 use crate::kinematics::{MachineKinematics, ReachedJoints, finite};
 use crate::refusal::{Refusal, RefusalCode};
+use trunnion::program_motion::BlockCoordinates;
 use trunnion::types::AxisVector;
 
 /// Kind of kinematics, with the number that a control switches by.
@@ -25,6 +26,15 @@ impl KinematicsMode {
             0 => Ok(Self::Axes),
             1 => Ok(Self::ToolCenterPoint),
             _ => Err(Refusal::new(RefusalCode::UnknownMode)),
+        }
+    }
+}
+
+impl From<KinematicsMode> for BlockCoordinates {
+    fn from(mode: KinematicsMode) -> Self {
+        match mode {
+            KinematicsMode::Axes => Self::Axes,
+            KinematicsMode::ToolCenterPoint => Self::Tip,
         }
     }
 }

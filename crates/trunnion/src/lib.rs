@@ -29,7 +29,7 @@ pub mod verify;
 
 pub use nalgebra;
 pub use trunnion_geometry::{cutter, drop_cutter, import, surface};
-pub use trunnion_motion::{axes, calibrate, feed, inverse, machine, setpoint};
+pub use trunnion_motion::{axes, calibrate, feed, inverse, machine, program_motion, setpoint};
 pub use trunnion_nc as nc;
 pub use trunnion_types::{math, types};
 

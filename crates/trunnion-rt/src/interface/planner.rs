@@ -145,8 +145,7 @@ pub unsafe extern "C" fn trunnion_planner_start(
         let machine = unsafe { kinematics(machine) };
         let machine = machine.map_err(|_| "no machine is open".to_owned())?;
         let options = PlannerOptions { blocks, ..PlannerOptions::STANDARD };
-        let (servo, core) =
-            planner(machine.clone(), options, period).map_err(|error| error.to_string())?;
+        let (servo, core) = planner(machine, options, period).map_err(|error| error.to_string())?;
         let thread = PlannerThread::start(core).map_err(|error| format!("the thread: {error}"))?;
         Ok(TrunnionPlanner { servo, _thread: thread })
     }));
@@ -390,7 +389,7 @@ fn block_of(block: &TrunnionBlock) -> Option<MotionBlock> {
         begins,
         ending,
         tolerance: block.tolerance,
-        mode: KinematicsMode::from_number(block.mode).ok()?,
+        coordinates: KinematicsMode::from_number(block.mode).ok()?.into(),
         tool_length: block.tool_length,
     })
 }

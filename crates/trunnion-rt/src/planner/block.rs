@@ -1,85 +1,10 @@
-//! Blocks of a program, as the control hands them over.
+//! Blocks of a program in the queue between both threads.
 
 use super::numbers::Packed;
 use super::piece::LETTERS;
-use crate::switched::KinematicsMode;
+use trunnion::program_motion::{BlockCoordinates, BlockEnding, BlockKind, BlockShape, BlockStart};
 
-/// Curve of a block.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum BlockShape {
-    /// Straight in all letters.
-    Line,
-    /// Circle or helix in X Y Z, the other letters in proportion.
-    Arc {
-        /// Centre in X Y Z \[mm\].
-        center: [f64; 3],
-        /// Axis, not necessarily of unit length: the arc turns counterclockwise about it.
-        normal: [f64; 3],
-        /// Full turns besides the arc itself; from -1 downwards the arc turns clockwise.
-        turns: i32,
-    },
-}
-
-/// Override that a block obeys.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BlockKind {
-    /// At the feed, which is not exceeded anywhere.
-    Feed,
-    /// Rapid move.
-    Rapid,
-    /// In the time that its speed makes of its length: faster in one part of the block than in another where the blocks
-    /// beside it are.
-    Timed,
-}
-
-/// Beginning of a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BlockStart {
-    /// On the move.
-    Flow,
-    /// On the move; the place is met exactly in time, for outputs.
-    Marked,
-    /// At rest.
-    Rest,
-}
-
-/// End of a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BlockEnding {
-    /// At rest.
-    Stop,
-    /// On the programmed path: at rest unless the next block goes on in the same direction.
-    Exact,
-    /// Rounded within the tolerance.
-    Blend,
-}
-
-/// A block of a program.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionBlock {
-    /// Number that the plan reports back.
-    pub number: u32,
-    /// Position of X Y Z A B C U V W at its start \[mm or rad\].
-    pub start: [f64; LETTERS],
-    /// Position at its end \[mm or rad\].
-    pub end: [f64; LETTERS],
-    /// Curve between both.
-    pub shape: BlockShape,
-    /// Override that it obeys.
-    pub kind: BlockKind,
-    /// Programmed speed \[mm/s\]: of X Y Z; of U V W if those rest; of A B C \[rad/s\] if nothing else moves.
-    pub speed: f64,
-    /// Beginning.
-    pub begins: BlockStart,
-    /// End.
-    pub ending: BlockEnding,
-    /// Largest deviation of the tip where the corner at the end is rounded \[mm\].
-    pub tolerance: f64,
-    /// Kind of kinematics.
-    pub mode: KinematicsMode,
-    /// Length of the tool \[mm\].
-    pub tool_length: f64,
-}
+pub(super) use trunnion::program_motion::MotionBlock;
 
 /// Numbers of a block in a slot of the queue, the round of the queue among them.
 pub(super) const BLOCK_NUMBERS: usize = 2 * LETTERS + 16;
@@ -117,7 +42,7 @@ impl Packed<BLOCK_NUMBERS> for (MotionBlock, u32) {
             },
             begins,
             ending,
-            u64::from(block.mode == KinematicsMode::ToolCenterPoint),
+            u64::from(block.coordinates == BlockCoordinates::Tip),
         ];
         let mut numbers = [0; BLOCK_NUMBERS];
         let all = reals.map(|real| real.to_bits()).chain(whole);
@@ -149,7 +74,7 @@ impl Packed<BLOCK_NUMBERS> for (MotionBlock, u32) {
             1 => BlockEnding::Exact,
             _ => BlockEnding::Blend,
         };
-        let mode = if next() == 1 { KinematicsMode::ToolCenterPoint } else { KinematicsMode::Axes };
+        let coordinates = if next() == 1 { BlockCoordinates::Tip } else { BlockCoordinates::Axes };
         let letters = |at: usize| std::array::from_fn(|letter| reals[at + letter]);
         let triple = |at: usize| std::array::from_fn(|letter| reals[at + letter]);
         let at = 2 * LETTERS;
@@ -167,7 +92,7 @@ impl Packed<BLOCK_NUMBERS> for (MotionBlock, u32) {
             begins,
             ending,
             tolerance: reals[at + 7],
-            mode,
+            coordinates,
             tool_length: reals[at + 8],
         };
         (block, round)
@@ -192,7 +117,7 @@ mod tests {
                 begins: BlockStart::Rest,
                 ending: BlockEnding::Exact,
                 tolerance: 0.01,
-                mode: KinematicsMode::ToolCenterPoint,
+                coordinates: BlockCoordinates::Tip,
                 tool_length: 120.0,
             };
             assert_eq!(<(MotionBlock, u32)>::unpack(&(block, 3).pack()), (block, 3));

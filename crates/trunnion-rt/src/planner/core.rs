@@ -1,16 +1,19 @@
 //! The planning side, turn by turn: takes blocks, plans, offers pieces.
 
 use super::block::MotionBlock;
-use super::joints::{WordJoints, WordsFault};
-use super::run::{Run, RunFault};
-use super::shared::{PlanLimit, PlanOffer, PlannerFault, Shared};
+use super::pieces;
+use super::shared::{PlanOffer, PlannerFault, Shared};
 use crate::kinematics::MachineKinematics;
-use crate::refusal::RefusalCode;
+use crate::refusal::{Refusal, RefusalCode};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use trunnion::feed::{Limits, SpeedOverrides, StreamStep};
+use trunnion::nc::read::AxisWords;
 use trunnion::nc::write::WordsError;
+use trunnion::program_motion::{
+    PlanLimit, ProgramRun, RunFault, WordJoints, WordsFault, planned_limits,
+};
 use trunnion::types::AXES;
 
 /// Plan time that is committed ahead of the servo thread \[s\]: a change of override, hold or abort is felt after it.
@@ -28,15 +31,15 @@ const PLANS_IN_RING: usize = 4;
 /// Share of the longest time that is kept from plan to plan.
 const FORGET: f64 = 0.95;
 
+/// Plan time before the tool slows down for the end of the plan from which the plan is made anew, besides the time that this
+/// takes \[s\]. Until then more of the path may come: few long plans cost less than many short ones.
+const CALM: f64 = 0.1;
+
 /// Time without a new block after which the blocks at hand are run to their end \[s\].
 const PATIENCE: f64 = 0.02;
 
 /// Plan time left at which a path without further blocks is ended \[s\].
 const SHORT: f64 = 0.12;
-
-/// Legs that wait for nodes, and their length \[mm\]: beyond both further blocks stay in the queue.
-const MANY_LEGS: usize = 600;
-const LONG_PATH: f64 = 20.0;
 
 /// Blocks taken in a turn.
 const MOST_BLOCKS: usize = 64;
@@ -46,10 +49,6 @@ const SMALLEST_OVERRIDE: f64 = 1e-3;
 
 /// Time between two changes of the override \[s\]: a plan for each would cost more than it brings.
 const OVERRIDE_PERIOD: f64 = 0.02;
-
-/// Shares of the limits that are planned with. Joints are planned on quintics between nodes and run by the kinematics, and
-/// steps are no polynomials of time: both differ in the third derivative most.
-const SHARES: [f64; 3] = [0.9995, 0.995, 0.97];
 
 /// Options of a planner.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,6 +75,8 @@ struct ExpectedStep {
     end: f64,
     pieces: usize,
     duration: f64,
+    /// The speed only falls from here on.
+    slows: bool,
 }
 
 /// The plan as the servo thread has it.
@@ -108,7 +109,7 @@ pub struct PlannerCore {
     shared: Arc<Shared>,
     joints: WordJoints,
     limits: Limits<AXES>,
-    run: Option<Run>,
+    run: Option<ProgramRun>,
     /// Block that begins the next run.
     waiting: Option<MotionBlock>,
     plan: PlayedPlan,
@@ -120,6 +121,8 @@ pub struct PlannerCore {
     faulted: bool,
     /// The run goes on from where the servo thread rests.
     recovering: bool,
+    /// Another override waits for its plan.
+    overridden: bool,
     last_block: f64,
     overrides: Option<[f64; 2]>,
     last_override: f64,
@@ -130,19 +133,14 @@ pub struct PlannerCore {
 impl PlannerCore {
     pub(super) fn new(
         shared: Arc<Shared>,
-        kinematics: MachineKinematics,
+        kinematics: &MachineKinematics,
     ) -> Result<Self, WordsError> {
         let machine = kinematics.machine();
-        let [v, a, j] = SHARES;
-        let limits = Limits::symmetric(
-            machine.vector(|axis| axis.vel) * v,
-            machine.vector(|axis| axis.acc) * a,
-            machine.vector(|axis| axis.jerk) * j,
-        );
+        let letters = AxisWords::of(machine)?.0.map(|word| word.letter);
         Ok(Self {
             shared,
-            joints: WordJoints::new(kinematics)?,
-            limits,
+            joints: WordJoints::new(kinematics.bare().clone(), letters),
+            limits: planned_limits(machine),
             run: None,
             waiting: None,
             plan: PlayedPlan::default(),
@@ -151,6 +149,7 @@ impl PlannerCore {
             taken: 0,
             faulted: false,
             recovering: false,
+            overridden: false,
             last_block: f64::NEG_INFINITY,
             overrides: None,
             last_override: f64::NEG_INFINITY,
@@ -259,7 +258,7 @@ impl PlannerCore {
     /// Takes blocks from the queue.
     fn take_blocks(&mut self, now: f64) {
         for _ in 0..MOST_BLOCKS {
-            if self.run.as_ref().is_some_and(is_full) {
+            if self.run.as_ref().is_some_and(ProgramRun::is_full) {
                 return;
             }
             let Some(block) = self.next_block(now) else { return };
@@ -316,8 +315,8 @@ impl PlannerCore {
     /// Begins a run with the kinematics of a block.
     fn begin_run(&mut self, block: &MotionBlock) -> bool {
         let tolerance = self.shared.axis_tolerance.get();
-        let begun = self.joints.set(block.mode, block.tool_length).is_ok();
-        let run = Run::new(self.joints.clone(), &self.limits, tolerance);
+        let begun = self.joints.set(block.coordinates, block.tool_length).is_ok();
+        let run = ProgramRun::new(self.joints.clone(), &self.limits, tolerance);
         match run {
             Ok(run) if begun => {
                 self.run = Some(run);
@@ -334,20 +333,18 @@ impl PlannerCore {
 
     fn report(&mut self, block: u32, fault: WordsFault) {
         let fault = match fault {
-            WordsFault::Refused(refusal) => PlannerFault {
-                block,
-                code: refusal.code as i32,
-                axis: refusal.axis.and_then(|axis| i32::try_from(axis).ok()).unwrap_or(-1),
-                excess: refusal.excess,
-            },
-            WordsFault::NoAxis { letter } => PlannerFault {
-                block,
-                code: RefusalCode::NoAxis as i32,
-                axis: i32::try_from(letter).unwrap_or(-1),
-                excess: 0.0,
-            },
+            WordsFault::Refused(refusal) => Refusal::from(refusal),
+            WordsFault::NoAxis { letter } => {
+                Refusal { axis: Some(letter), ..Refusal::new(RefusalCode::NoAxis) }
+            }
+            _ => Refusal::new(RefusalCode::Internal),
         };
-        self.send(fault);
+        self.send(PlannerFault {
+            block,
+            code: fault.code as i32,
+            axis: fault.axis.and_then(|axis| i32::try_from(axis).ok()).unwrap_or(-1),
+            excess: fault.excess,
+        });
     }
 
     fn refuse(&mut self, block: u32, code: RefusalCode) {
@@ -384,6 +381,7 @@ impl PlannerCore {
         } else {
             stream.set_speed_overrides(SpeedOverrides { feed, tip })
         };
+        self.overridden = true;
         if set.is_err() {
             self.refuse(0, RefusalCode::Internal);
         }
@@ -394,7 +392,7 @@ impl PlannerCore {
         let aborting = self.is_aborting();
         if self.run.is_some() && self.feed(now) {
             self.commit(HORIZON);
-            self.plan_due(clock);
+            self.plan_due(now, clock);
             if self.plan.offer.is_none() {
                 if aborting {
                     self.commit(f64::INFINITY);
@@ -409,11 +407,12 @@ impl PlannerCore {
     }
 
     /// Plans if it is time to. As long as that takes the servo thread lives on what is committed.
-    fn plan_due(&mut self, clock: &mut dyn FnMut() -> f64) {
+    fn plan_due(&mut self, now: f64, clock: &mut dyn FnMut() -> f64) {
         let is_due = self.run.as_mut().is_some_and(|run| run.stream().is_due());
-        if !is_due || !self.has_room() {
+        if !is_due || !self.has_room() || self.may_wait(now) {
             return;
         }
+        self.overridden = false;
         self.commit((MARGIN * self.planning).clamp(HORIZON, LONGEST_HORIZON));
         let Some(run) = &mut self.run else { return };
         let begin = clock();
@@ -426,6 +425,18 @@ impl PlannerCore {
         if steps.len() != expected.len() || !known {
             self.offer(&steps);
         }
+    }
+
+    /// True if more of the path comes before the plan has to be made anew.
+    fn may_wait(&self, now: f64) -> bool {
+        let idle = now - self.last_block > PATIENCE;
+        let known = self.run.as_ref().is_none_or(|run| run.is_finished() || run.is_full());
+        if idle || known || self.overridden || self.plan.expected.is_empty() {
+            return false;
+        }
+        let steady = self.plan.expected.iter().take_while(|step| !step.slows);
+        let left = self.plan.time - self.shared.played.get();
+        left + steady.map(|step| step.duration).sum::<f64>() > CALM + MARGIN * self.planning
     }
 
     /// True if a plan fits into the ring without touching a piece that the servo thread may still play: it is at `cursor`
@@ -484,7 +495,7 @@ impl PlannerCore {
             }
             Ok(true) => run.may_begin() || run.stream().speed() > 0.0 || left > 0.0 || aborting,
             Ok(false) => true,
-            Err(RunFault { block }) => {
+            Err(RunFault { block, .. }) => {
                 self.refuse(block, RefusalCode::Internal);
                 self.run = None;
                 false
@@ -499,13 +510,18 @@ impl PlannerCore {
         let mut expected = VecDeque::with_capacity(steps.len());
         // The ring holds several plans: the servo thread may still be in one before.
         let most = self.shared.pieces.len() / (PLANS_IN_RING * steps.len().max(1));
-        for step in steps {
+        let rises = |step: &StreamStep| step.speed.end > step.speed.start;
+        let falls = steps.iter().rposition(rises).map_or(0, |last| last + 1);
+        for (index, step) in steps.iter().enumerate() {
             let before = pieces.len();
-            run.pieces(step, most, &mut pieces);
+            if let Some(nodes) = run.nodes_of(step) {
+                pieces::append(step, nodes, most, &mut pieces);
+            }
             let duration = pieces[before..].iter().map(|piece| piece.duration).sum();
             let pieces = pieces.len() - before;
             let (key, end) = (key_of(step), step.s.high);
-            expected.push_back(ExpectedStep { key, end, pieces, duration });
+            let slows = index >= falls;
+            expected.push_back(ExpectedStep { key, end, pieces, duration, slows });
         }
         let first = self.plan.free;
         for (index, piece) in pieces.iter().enumerate() {
@@ -529,7 +545,7 @@ impl PlannerCore {
     fn finish(&mut self, aborting: bool) {
         let ended = self.run.as_mut().is_none_or(|run| {
             let rests = !run.stream().held();
-            run.path().is_finished() && rests
+            run.is_finished() && rests
         });
         if aborting {
             self.run = None;
@@ -549,10 +565,6 @@ impl PlannerCore {
             self.shared.planned_aborts.store(self.aborts, Ordering::Release);
         }
     }
-}
-
-fn is_full(run: &Run) -> bool {
-    run.path().waiting() > MANY_LEGS && run.path().ahead() > LONG_PATH
 }
 
 fn key_of(step: &StreamStep) -> [u64; 2] {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! servo thread                                planning thread
-//! PlannerServo::push ──── blocks ───────────▶ rounded_path ─▶ joints ─▶ feed::JerkStream
+//! PlannerServo::push ──── blocks ───────────▶ program_motion: rounded path ─▶ joints ─▶ feed::JerkStream
 //! PlannerServo::cycle ◀── pieces, offers ──── pieces
 //! ```
 //!
@@ -13,23 +13,18 @@
 
 mod block;
 mod core;
-mod joints;
-mod kernel;
-mod leg;
 mod numbers;
-mod pace;
 mod piece;
 mod pieces;
-mod rounded_path;
-mod run;
 mod servo;
 mod shared;
 mod thread;
 
-pub use block::{BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock};
 pub use core::{PlannerCore, PlannerOptions};
-pub use joints::WordsFault;
-pub use piece::LETTERS;
 pub use servo::{PlannerServo, ServoSample, ServoSpeeds};
-pub use shared::{PlanLimit, PlannerFault, PlannerState};
+pub use shared::{PlannerFault, PlannerState};
 pub use thread::{PlannerThread, planner};
+pub use trunnion::program_motion::{
+    BlockCoordinates, BlockEnding, BlockKind, BlockShape, BlockStart, LETTERS, MotionBlock,
+    PlanLimit,
+};

@@ -1,7 +1,6 @@
 //! One piece of a planned motion.
 
-/// Letters of a pose in the order of `LinuxCNC`: X Y Z A B C U V W.
-pub const LETTERS: usize = 9;
+pub(super) use trunnion::program_motion::LETTERS;
 
 /// Coefficients of a letter: a quintic holds position, velocity and acceleration at both ends.
 pub(super) const COEFFICIENTS: usize = 6;

@@ -1,10 +1,9 @@
 //! A step of the speed schedule becomes pieces of motion: every letter a polynomial of time.
 
-use super::leg::LetterVector;
 use super::piece::{LETTERS, MotionPiece};
-use super::rounded_path::PathNode;
 use trunnion::feed::StreamStep;
 use trunnion::math::quintic::Quintic;
+use trunnion::program_motion::{LetterVector, PathNode};
 use trunnion::types::PathState;
 
 /// Longest piece \[s\]. The schedule is no polynomial of time: a quintic over so short a time differs from it by less than

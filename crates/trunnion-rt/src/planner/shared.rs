@@ -95,39 +95,6 @@ impl Packed<FAULT_NUMBERS> for (PlannerFault, u32) {
     }
 }
 
-/// Limit that keeps the plan from being faster. Axes are in the order of joints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum PlanLimit {
-    /// None is near: the tool rests, or passes from one to another.
-    None,
-    /// Programmed feed.
-    Feed,
-    /// Speed of a rapid move.
-    Rapid,
-    /// Velocity of an axis.
-    Velocity(usize),
-    /// Acceleration of an axis.
-    Acceleration(usize),
-    /// Jerk of an axis.
-    Jerk(usize),
-}
-
-impl PlanLimit {
-    /// Returns its number: 0 none, 1 feed, 2 rapid, 10, 20 or 30 and the axis for velocity, acceleration and jerk.
-    pub fn number(self) -> u32 {
-        let (kind, axis) = match self {
-            Self::None => (0, 0),
-            Self::Feed => (1, 0),
-            Self::Rapid => (2, 0),
-            Self::Velocity(axis) => (10, axis),
-            Self::Acceleration(axis) => (20, axis),
-            Self::Jerk(axis) => (30, axis),
-        };
-        kind + u32::try_from(axis).unwrap_or_default()
-    }
-}
-
 /// State of the plan for people.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]

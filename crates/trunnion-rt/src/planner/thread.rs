@@ -19,7 +19,7 @@ const PAUSE: Duration = Duration::from_micros(500);
 ///
 /// [`WordsError`] if the axes of the machine have no letters.
 pub fn planner(
-    kinematics: MachineKinematics,
+    kinematics: &MachineKinematics,
     options: PlannerOptions,
     period: f64,
 ) -> Result<(PlannerServo, PlannerCore), WordsError> {

@@ -6,8 +6,8 @@ use crate::walk::{Dice, machines};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use trunnion_rt::planner::{
-    BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions, PlannerThread,
-    ServoSpeeds, planner,
+    BlockCoordinates, BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions,
+    PlannerThread, ServoSpeeds, planner,
 };
 use trunnion_rt::{KinematicsMode, MachineKinematics, SwitchedKinematics, machine_named};
 
@@ -95,7 +95,7 @@ fn no_call_allocates() {
 #[test]
 fn no_servo_call_of_the_planner_allocates() {
     let kinematics = machine_named("ac-trunnion").unwrap();
-    let (mut servo, core) = planner(kinematics, PlannerOptions::STANDARD, 0.001).unwrap();
+    let (mut servo, core) = planner(&kinematics, PlannerOptions::STANDARD, 0.001).unwrap();
     let thread = PlannerThread::start(core).unwrap();
     let place = |x: f64| [x, 0.0, -300.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     servo.reset(place(0.0));
@@ -117,7 +117,7 @@ fn no_servo_call_of_the_planner_allocates() {
             begins: BlockStart::Flow,
             ending: BlockEnding::Blend,
             tolerance: 0.01,
-            mode: KinematicsMode::Axes,
+            coordinates: BlockCoordinates::Axes,
             tool_length: 0.0,
         };
         if servo.push(&block).is_some() {

@@ -4,8 +4,8 @@ use crate::walk::Dice;
 use std::time::{Duration, Instant};
 use trunnion::types::AxisVector;
 use trunnion_rt::planner::{
-    BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerCore, PlannerOptions,
-    PlannerServo, PlannerThread, ServoSpeeds, planner,
+    BlockCoordinates, BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerCore,
+    PlannerOptions, PlannerServo, PlannerThread, ServoSpeeds, planner,
 };
 use trunnion_rt::{KinematicsMode, MachineKinematics, machine_from_text, machine_named};
 
@@ -44,7 +44,7 @@ impl Bench {
         length: f64,
         options: PlannerOptions,
     ) -> Self {
-        let (servo, core) = planner(kinematics.clone(), options, PERIOD).unwrap();
+        let (servo, core) = planner(&kinematics, options, PERIOD).unwrap();
         let (positions, blocks) = (Vec::new(), Vec::new());
         let (cycle, planning) = (0, 0.002);
         Self { servo, core, kinematics, mode, length, cycle, planning, positions, blocks }
@@ -122,7 +122,7 @@ fn line(start: Letters, end: Letters, speed: f64) -> MotionBlock {
         begins: BlockStart::Flow,
         ending: BlockEnding::Blend,
         tolerance: 0.01,
-        mode: KinematicsMode::ToolCenterPoint,
+        coordinates: BlockCoordinates::Tip,
         tool_length: 120.0,
     }
 }
@@ -132,7 +132,7 @@ fn blocks(points: &[Letters], speed: f64, bench: &Bench) -> Vec<MotionBlock> {
     let pairs = points.windows(2).enumerate();
     let block = |(index, two): (usize, &[Letters])| MotionBlock {
         number: u32::try_from(index).unwrap() + 1,
-        mode: bench.mode,
+        coordinates: bench.mode.into(),
         tool_length: bench.length,
         ..line(two[0], two[1], speed)
     };
@@ -458,7 +458,7 @@ fn arcs_are_round() {
         let block = MotionBlock {
             shape,
             number: 1,
-            mode: bench.mode,
+            coordinates: bench.mode.into(),
             tool_length: 0.0,
             ending: BlockEnding::Exact,
             ..line(start, end, 80.0)

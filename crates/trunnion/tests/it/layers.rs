@@ -19,6 +19,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("toolpath", &["math", "types"]),
     ("axes", &["inverse", "machine", "math", "types"]),
     ("feed", &["math", "types"]),
+    ("program_motion", &["inverse", "machine", "feed", "math", "types"]),
     ("setpoint", &["types"]),
     ("blocks", &["machine", "math", "types"]),
     ("nc", &["machine", "math", "types"]),
@@ -35,7 +36,8 @@ const TOP: &str = "pipeline";
 const ONLY: &[(&str, &str, &[&str])] = &[("verify", "nc", &["control", "read"])];
 
 /// Parts of the library that the crate for a servo cycle may use: nothing that plans, writes or checks.
-const REAL_TIME: &[&str] = &["files", "inverse", "machine", "nalgebra", "nc", "types"];
+const REAL_TIME: &[&str] =
+    &["files", "inverse", "machine", "nalgebra", "nc", "program_motion", "types"];
 
 /// Parts that its planning thread may use besides, in the files of `planner` but those that the servo thread runs.
 const PLANNING: &[&str] = &["feed", "math"];

@@ -1,21 +1,13 @@
 //! Joints along a path of words, with their derivatives.
 
+use super::block::{BlockCoordinates, LETTERS, NAMES};
 use super::leg::{LetterVector, SHORTEST};
-use super::piece::LETTERS;
-use crate::kinematics::MachineKinematics;
-use crate::refusal::Refusal;
-use crate::switched::KinematicsMode;
-use trunnion::inverse::{Inverse, InverseError};
-use trunnion::machine::{FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup, TravelExcess};
-use trunnion::math;
-use trunnion::math::jet::Jet;
-use trunnion::nalgebra::Vector3;
-use trunnion::nc::read::AxisWords;
-use trunnion::nc::write::WordsError;
-use trunnion::types::{AXES, AxisVector};
-
-/// Letters in the order of a pose.
-const NAMES: &str = "XYZABCUVW";
+use crate::inverse::{Inverse, InverseError, PoseRefusal};
+use crate::machine::{FIRST_ROTARY, Kinematics, Machine, RotaryPair, SECOND_ROTARY, Setup};
+use crate::math;
+use crate::math::jet::Jet;
+use crate::types::{AXES, AxisVector};
+use nalgebra::{Point3, Vector3};
 
 /// Distance outside travel that rounding explains \[mm or rad\]: programs are written with four decimals.
 const ROUNDING: f64 = 1e-3;
@@ -25,7 +17,7 @@ const ROUNDING: f64 = 1e-3;
 #[non_exhaustive]
 pub enum WordsFault {
     /// The kinematics refuses them.
-    Refused(Refusal),
+    Refused(PoseRefusal),
     /// A letter moves that the machine has no axis for.
     NoAxis {
         /// Index of the letter in X Y Z A B C U V W.
@@ -33,45 +25,53 @@ pub enum WordsFault {
     },
 }
 
-/// Maps words to joints, for one kind of kinematics and one tool at a time.
+/// Maps words to joints, for one kind of coordinates and one tool at a time.
 #[derive(Debug, Clone)]
-pub(super) struct WordJoints {
-    kinematics: MachineKinematics,
+pub struct WordJoints {
     /// Letter of each axis.
     letters: [usize; AXES],
-    mode: KinematicsMode,
+    coordinates: BlockCoordinates,
     length: f64,
     /// With the tool of this length.
     inverse: Inverse,
 }
 
 impl WordJoints {
-    pub(super) fn new(kinematics: MachineKinematics) -> Result<Self, WordsError> {
-        let words = AxisWords::of(kinematics.machine())?;
-        let letters = words.0.each_ref().map(|word| NAMES.find(word.letter).unwrap_or(LETTERS));
-        let inverse = kinematics.bare().clone();
-        let (mode, length) = (KinematicsMode::Axes, 0.0);
-        Ok(Self { kinematics, letters, mode, length, inverse })
+    /// Starts with plain axes, and with a machine without a tool. `letters` are those of the axes; one that no position has
+    /// stays at zero.
+    pub fn new(inverse: Inverse, letters: [char; AXES]) -> Self {
+        let index = |letter| NAMES.iter().position(|name| *name == letter).unwrap_or(LETTERS);
+        let (letters, coordinates, length) = (letters.map(index), BlockCoordinates::Axes, 0.0);
+        Self { letters, coordinates, length, inverse }
     }
 
-    pub(super) fn machine(&self) -> &Machine {
-        self.kinematics.machine()
+    fn machine(&self) -> &Machine {
+        self.inverse.kinematics().machine()
     }
 
-    /// True if the mapping is the one of this kind and tool.
-    pub(super) fn suits(&self, mode: KinematicsMode, length: f64) -> bool {
-        self.mode == mode
-            && (mode == KinematicsMode::Axes || self.length.to_bits() == length.to_bits())
+    /// True if the mapping is that of a block with these coordinates and this tool.
+    pub(super) fn suits(&self, coordinates: BlockCoordinates, length: f64) -> bool {
+        self.coordinates == coordinates
+            && (coordinates == BlockCoordinates::Axes || self.length.to_bits() == length.to_bits())
     }
 
-    /// Takes another kind of kinematics and tool.
-    pub(super) fn set(&mut self, mode: KinematicsMode, length: f64) -> Result<(), InverseError> {
+    /// Takes other coordinates, and a tool of `length` \[mm\].
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError::NotFinite`].
+    pub fn set(&mut self, coordinates: BlockCoordinates, length: f64) -> Result<(), InverseError> {
         if self.length.to_bits() != length.to_bits() {
             let setup = Setup { tool_length: length, ..Setup::default() };
             self.inverse = Inverse::new(&Kinematics::new(self.machine(), &setup))?;
         }
-        (self.mode, self.length) = (mode, length);
+        (self.coordinates, self.length) = (coordinates, length);
         Ok(())
+    }
+
+    /// Returns a refusal with the names of the axes.
+    pub(super) fn named(&self, refusal: PoseRefusal) -> InverseError {
+        self.inverse.named(refusal)
     }
 
     fn words(&self, letters: &LetterVector) -> AxisVector {
@@ -81,16 +81,29 @@ impl WordJoints {
     /// Returns the joints for words, inside travel.
     pub(super) fn at(&self, letters: &LetterVector) -> Result<AxisVector, WordsFault> {
         let words = self.words(letters);
-        let reached = match self.mode {
-            KinematicsMode::Axes => self.kinematics.judged(words),
-            KinematicsMode::ToolCenterPoint => self.kinematics.joints(self.length, &words),
+        let joints = match self.coordinates {
+            BlockCoordinates::Axes => words,
+            BlockCoordinates::Tip => {
+                let rotaries = RotaryPair::new(words[FIRST_ROTARY], words[SECOND_ROTARY]);
+                let tip = Point3::from(self.tip(&words));
+                self.inverse.at_rotaries_or_refused(&tip, rotaries).map_err(WordsFault::Refused)?
+            }
         };
-        let reached = reached.map_err(WordsFault::Refused)?;
-        let outside = reached.excess.filter(|excess: &TravelExcess| excess.excess > ROUNDING);
-        match outside {
-            Some(excess) => Err(WordsFault::Refused(excess.into())),
-            None => Ok(reached.joints),
+        if !joints.iter().all(|joint| joint.is_finite()) {
+            return Err(WordsFault::Refused(PoseRefusal::NotFinite { what: "words" }));
         }
+        let outside = self.machine().travel_excess(&joints);
+        match outside.filter(|excess| excess.excess > ROUNDING) {
+            Some(excess) => Err(WordsFault::Refused(PoseRefusal::OutOfTravel(excess))),
+            None => Ok(joints),
+        }
+    }
+
+    /// Returns the tip in the table frame for words that are its coordinates.
+    fn tip(&self, words: &AxisVector) -> Vector3<f64> {
+        // Words count the length along z.
+        let xyz = Vector3::new(words[0], words[1], words[2]);
+        xyz + self.machine().gauge.coords - Vector3::z() * self.length
     }
 
     /// Refuses a move of letters that have no axis.
@@ -111,12 +124,11 @@ impl WordJoints {
         letters: &[LetterVector; 4],
     ) -> Result<[AxisVector; 4], InverseError> {
         let words = letters.each_ref().map(|order| self.words(order));
-        if self.mode == KinematicsMode::Axes {
+        if self.coordinates == BlockCoordinates::Axes {
             return Ok(words);
         }
         let mut tip = words.map(|word| Vector3::new(word[0], word[1], word[2]));
-        // Words count the length along z.
-        tip[0] += self.machine().gauge.coords - Vector3::z() * self.length;
+        tip[0] = self.tip(&words[0]);
         let rotaries = [FIRST_ROTARY, SECOND_ROTARY]
             .map(|axis| Jet::from_derivatives(words.map(|word| word[axis])));
         self.inverse.with_rotaries(&tip, rotaries)
@@ -126,7 +138,7 @@ impl WordJoints {
     pub(super) fn lever(&self, letters: &LetterVector) -> f64 {
         const TURN: f64 = 1e-5;
         let joints = self.at(letters).unwrap_or_else(|_| self.words(letters));
-        let tip = |joints: &AxisVector| self.kinematics.pose(self.length, joints).tip;
+        let tip = |joints: &AxisVector| self.inverse.kinematics().forward(joints).tip;
         let levers = [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
             let mut turned = joints;
             turned[axis] += TURN;
@@ -139,18 +151,20 @@ impl WordJoints {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::load::machine_named;
+    use crate::machine::samples::ac_trunnion;
 
     #[test]
     fn derivatives_agree_with_differences() {
-        let mut words = WordJoints::new(machine_named("bc-trunnion").unwrap()).unwrap();
-        words.set(KinematicsMode::ToolCenterPoint, 120.0).unwrap();
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let bare = Inverse::new(&Kinematics::new(&machine, &Setup::default())).unwrap();
+        let mut words = WordJoints::new(bare, ['X', 'Y', 'Z', 'C', 'A']);
+        words.set(BlockCoordinates::Tip, 120.0).unwrap();
         let letters = |s: f64| {
             let mut at = LetterVector::zeros();
-            at[0] = -300.0 + s;
-            at[1] = -200.0 + 2.0 * s.sin();
+            at[0] = s;
+            at[1] = 20.0 + 2.0 * s.sin();
             at[2] = -300.0;
-            at[4] = 0.3 + 0.1 * s;
+            at[3] = 0.3 + 0.1 * s;
             at[5] = 0.2 * s * s;
             at
         };

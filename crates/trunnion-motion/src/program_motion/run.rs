@@ -1,20 +1,38 @@
-//! One run from rest to rest: blocks in, steps of its schedule out.
+//! One run of a program from rest to rest: blocks in, steps of its schedule out.
 
-use super::block::{BlockEnding, BlockKind, BlockStart, MotionBlock};
+use super::block::{BlockCoordinates, BlockEnding, BlockKind, BlockStart, MotionBlock};
+use super::corner::CornerTolerance;
 use super::joints::{WordJoints, WordsFault};
 use super::leg::{Leg, LetterVector};
 use super::pace::Pace;
-use super::piece::MotionPiece;
-use super::pieces;
-use super::rounded_path::{CornerTolerance, PathNode, RoundedPath};
-use super::shared::PlanLimit;
+use super::plan_limit::{self, PlanLimit};
+use super::rounded_path::{PathNode, RoundedPath};
+use crate::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
+use crate::machine::Machine;
+use crate::math::quintic::Quintic;
+use crate::types::{AXES, AxisNode, Motion};
 use std::collections::VecDeque;
-use trunnion::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
-use trunnion::math::quintic::Quintic;
-use trunnion::types::{AXES, AxisNode, AxisVector, Motion};
 
 /// Nodes that the plan looks ahead.
 const WINDOW: usize = 256;
+
+/// Legs that wait for nodes, and their length \[mm\]: beyond both no further block is of use.
+const MANY_LEGS: usize = 600;
+const LONG_PATH: f64 = 20.0;
+
+/// Shares of the limits that are planned with. Joints are planned on quintics between nodes and run by the kinematics, and
+/// steps are no polynomials of time: both differ in the third derivative most.
+const SHARES: [f64; 3] = [0.9995, 0.995, 0.97];
+
+/// Returns the limits that a program is planned with on a machine: a little below those of its axes.
+pub fn planned_limits(machine: &Machine) -> Limits<AXES> {
+    let [v, a, j] = SHARES;
+    Limits::symmetric(
+        machine.vector(|axis| axis.vel) * v,
+        machine.vector(|axis| axis.acc) * a,
+        machine.vector(|axis| axis.jerk) * j,
+    )
+}
 
 /// Nodes with which a run begins, if more are still to come.
 const ENOUGH: usize = 96;
@@ -24,9 +42,6 @@ const EXACT: f64 = 0.001;
 
 /// Change of direction that an exact path goes through without a stop.
 const SAME_DIRECTION: f64 = 1e-4;
-
-/// Share of a limit from which it counts as what limits the speed.
-const BINDS: f64 = 0.9;
 
 /// Distance between places where a block is checked \[mm\], and the most places.
 const CHECK_STEP: f64 = 2.0;
@@ -41,7 +56,7 @@ struct RunNode {
 
 /// A run that is under way.
 #[derive(Debug, Clone)]
-pub(super) struct Run {
+pub struct ProgramRun {
     path: RoundedPath,
     joints: WordJoints,
     limits: Limits<AXES>,
@@ -55,9 +70,14 @@ pub(super) struct Run {
     tolerance: CornerTolerance,
 }
 
-impl Run {
-    /// Begins a run with the kinematics of its blocks.
-    pub(super) fn new(
+impl ProgramRun {
+    /// Begins a run with the kinematics of its blocks. `axis_tolerance` is the largest deviation of the rotaries at corners
+    /// \[rad\].
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError`] for limits that no plan keeps.
+    pub fn new(
         joints: WordJoints,
         limits: &Limits<AXES>,
         axis_tolerance: f64,
@@ -76,22 +96,33 @@ impl Run {
         })
     }
 
-    pub(super) fn stream(&mut self) -> &mut JerkStream {
+    /// Returns the stream that plans it.
+    pub fn stream(&mut self) -> &mut JerkStream {
         &mut self.stream
     }
 
-    pub(super) fn path(&self) -> &RoundedPath {
-        &self.path
+    /// True if no further block is of use before some of those at hand are planned.
+    pub fn is_full(&self) -> bool {
+        self.path.waiting() > MANY_LEGS && self.path.ahead() > LONG_PATH
+    }
+
+    /// True if the nodes of all of the path are handed to the plan, down to its end.
+    pub fn is_finished(&self) -> bool {
+        self.path.is_finished()
     }
 
     /// Ends the run where its last block ends.
-    pub(super) fn end(&mut self) {
+    pub fn end(&mut self) {
         self.path.end();
     }
 
     /// Takes a block; returns false where the run has to end before it.
-    pub(super) fn take(&mut self, block: &MotionBlock) -> Result<bool, WordsFault> {
-        let suits = self.joints.suits(block.mode, block.tool_length);
+    ///
+    /// # Errors
+    ///
+    /// [`WordsFault`] if the joints cannot follow the block.
+    pub fn take(&mut self, block: &MotionBlock) -> Result<bool, WordsFault> {
+        let suits = self.joints.suits(block.coordinates, block.tool_length);
         let begins = self.path.direction().is_none();
         if self.path.is_ended() || !suits || (!begins && block.begins == BlockStart::Rest) {
             return Ok(false);
@@ -145,7 +176,7 @@ impl Run {
         let blends = block.ending == BlockEnding::Blend;
         let tip = if blends { block.tolerance } else { EXACT };
         let end = LetterVector::from(block.end);
-        if block.mode == crate::switched::KinematicsMode::ToolCenterPoint {
+        if block.coordinates == BlockCoordinates::Tip {
             return CornerTolerance { tip, axis: self.axis_tolerance };
         }
         // Plain axes: the rotaries move the tip as well, and half of the tolerance is theirs.
@@ -154,7 +185,11 @@ impl Run {
     }
 
     /// Hands nodes to the plan while it wants more. Returns true if it wants more and the path has none yet.
-    pub(super) fn feed(&mut self) -> Result<bool, RunFault> {
+    ///
+    /// # Errors
+    ///
+    /// [`RunFault`] where the kinematics have no answer.
+    pub fn feed(&mut self) -> Result<bool, RunFault> {
         while self.stream.wants() {
             let Some(node) = self.path.next_node() else {
                 let more = !self.path.is_finished();
@@ -173,61 +208,49 @@ impl Run {
     }
 
     /// True if enough of the path is known to begin with.
-    pub(super) fn may_begin(&self) -> bool {
+    pub fn may_begin(&self) -> bool {
         self.nodes.len() >= ENOUGH
     }
 
-    /// Appends the pieces of a step, at most `most` of them.
-    pub(super) fn pieces(&self, step: &StreamStep, most: usize, out: &mut Vec<MotionPiece>) {
+    /// Returns the nodes before and behind a step.
+    fn around(&self, step: &StreamStep) -> Option<[&RunNode; 2]> {
         let after = self.nodes.partition_point(|node| node.path.s <= step.s.low);
         let before = after.saturating_sub(1);
-        if let (Some(from), Some(to)) = (self.nodes.get(before), self.nodes.get(before + 1)) {
-            pieces::append(step, [&from.path, &to.path], most, out);
-        }
+        Some([self.nodes.get(before)?, self.nodes.get(before + 1)?])
+    }
+
+    /// Returns the nodes of the path between which a step is, unless it is forgotten.
+    pub fn nodes_of(&self, step: &StreamStep) -> Option<[&PathNode; 2]> {
+        self.around(step).map(|nodes| nodes.map(|node| &node.path))
     }
 
     /// Returns the limit that a step is nearest to, with overrides of feed and rapid moves.
-    pub(super) fn binding(&self, step: &StreamStep, overrides: [f64; 2]) -> PlanLimit {
-        let after = self.nodes.partition_point(|node| node.path.s <= step.s.low);
-        let before = after.saturating_sub(1);
-        let (Some(from), Some(to)) = (self.nodes.get(before), self.nodes.get(before + 1)) else {
-            return PlanLimit::None;
-        };
+    pub fn binding(&self, step: &StreamStep, overrides: [f64; 2]) -> PlanLimit {
+        let Some([from, to]) = self.around(step) else { return PlanLimit::None };
         let state = step.at(0.5 * step.duration);
-        let middle = between(from, to, state.s);
-        let [_, rate, bend, change] = middle.axes.q;
-        let (v, a, j) = (state.speed, state.acceleration, state.jerk);
-        let jerk = rate * j + bend * (3.0 * v * a) + change * v.powi(3);
-        let orders = [
-            (rate * v).component_div(&self.limits.velocity),
-            (rate * a + bend * (v * v)).component_div(&self.limits.acceleration),
-            self.limits.jerk.map_or_else(AxisVector::zeros, |limit| jerk.component_div(&limit)),
-        ];
-        let of_axis = |axis: usize| orders.map(|order| order[axis].abs());
-        let axes = (0..AXES).flat_map(|axis| {
-            let kinds = [PlanLimit::Velocity, PlanLimit::Acceleration, PlanLimit::Jerk];
-            of_axis(axis).into_iter().zip(kinds).map(move |(share, kind)| (share, kind(axis)))
-        });
-        let [feed, rapid] = [from.path.rates[0] / overrides[0], from.path.rates[1] / overrides[1]];
-        let speeds = [(feed * v, PlanLimit::Feed), (rapid * v, PlanLimit::Rapid)];
-        let nearest = axes.chain(speeds).max_by(|one, other| one.0.total_cmp(&other.0));
-        nearest.filter(|(share, _)| *share >= BINDS).map_or(PlanLimit::None, |(_, limit)| limit)
+        let rates = from.path.rates;
+        let programmed = [rates[0] / overrides[0], rates[1] / overrides[1]];
+        plan_limit::nearest(&between(from, to, state.s).axes, &state, &self.limits, programmed)
     }
 
     /// Returns the block where the committed plan ends.
-    pub(super) fn block(&self) -> u32 {
+    pub fn block(&self) -> u32 {
         self.nodes.front().map_or(0, |node| node.path.block)
     }
 
     /// Forgets nodes before `s`, but the last of them.
-    pub(super) fn forget(&mut self, s: f64) {
+    pub fn forget(&mut self, s: f64) {
         while self.nodes.get(1).is_some_and(|next| next.path.s <= s) {
             self.nodes.pop_front();
         }
     }
 
     /// Plans anew from rest at `s`.
-    pub(super) fn restart(&mut self, s: f64) -> Result<(), FeedError> {
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError`].
+    pub fn restart(&mut self, s: f64) -> Result<(), FeedError> {
         self.forget(s);
         self.stream = stream(&self.limits)?;
         let halfway = match (self.nodes.front(), self.nodes.get(1)) {
@@ -246,8 +269,10 @@ impl Run {
 
 /// Reason why a run cannot go on: the kinematics or the plan has no answer at this block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct RunFault {
-    pub(super) block: u32,
+#[non_exhaustive]
+pub struct RunFault {
+    /// Number of the block.
+    pub block: u32,
 }
 
 fn stream(limits: &Limits<AXES>) -> Result<JerkStream, FeedError> {

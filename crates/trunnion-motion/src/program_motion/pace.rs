@@ -9,12 +9,13 @@
 //!
 //! in its time `T`. At the speed for which `D` is its length it takes its time, or longer where its ramps do.
 
+use super::corner::{CornerTolerance, USED};
 use super::kernel::rounding;
 use super::leg::LetterVector;
-use super::rounded_path::{CornerTolerance, USED, WIDEST};
-use trunnion::feed::Limits;
-use trunnion::math;
-use trunnion::types::{AXES, AxisVector};
+use super::rounded_path::WIDEST;
+use crate::feed::Limits;
+use crate::math;
+use crate::types::{AXES, AxisVector};
 
 /// Halvings of a range of speeds.
 const HALVINGS: u32 = 24;

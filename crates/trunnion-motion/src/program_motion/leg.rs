@@ -1,14 +1,13 @@
 //! Legs of which a path consists: straight ones and arcs.
 
-use super::block::{BlockKind, BlockShape, BlockStart, MotionBlock};
+use super::block::{BlockKind, BlockShape, BlockStart, LETTERS, MotionBlock};
 use super::pace::Pace;
-use super::piece::LETTERS;
+use crate::math;
+use nalgebra::{SVector, Vector3};
 use std::f64::consts::TAU;
-use trunnion::math;
-use trunnion::nalgebra::{SVector, Vector3};
 
 /// A vector of all letters.
-pub(super) type LetterVector = SVector<f64, LETTERS>;
+pub type LetterVector = SVector<f64, LETTERS>;
 
 /// Length that one radian counts \[mm\], where moves of rotaries and of the tip are measured together.
 pub(super) const RADIAN: f64 = 10.0;
@@ -212,8 +211,7 @@ fn whole_angle(to: f64, turns: i32, radius: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planner::block::BlockEnding;
-    use crate::switched::KinematicsMode;
+    use crate::program_motion::block::{BlockCoordinates, BlockEnding};
 
     fn block(end: [f64; 3], shape: BlockShape) -> MotionBlock {
         let mut to = [0.0; LETTERS];
@@ -230,7 +228,7 @@ mod tests {
             begins: BlockStart::Flow,
             ending: BlockEnding::Blend,
             tolerance: 0.01,
-            mode: KinematicsMode::Axes,
+            coordinates: BlockCoordinates::Axes,
             tool_length: 0.0,
         }
     }

@@ -4,8 +4,9 @@
 //! legs of a smooth curve become that curve again: the kernels reach over many of them.
 
 use super::block::{BlockKind, BlockStart};
-use super::kernel::{bending, rounding};
+use super::corner::{Corner, CornerTolerance, USED};
 use super::leg::{Leg, LetterVector, triples};
+use super::leg_speeds::{border_speed, is_same, timed, timed_rate};
 use std::collections::VecDeque;
 
 /// Largest half width of a kernel \[mm\]: a path must be known three times as far ahead.
@@ -33,17 +34,11 @@ const CROWD: f64 = 2.0;
 /// A leg as long as this many steps begins at a node: the number of its block is in time.
 const LONG: f64 = 4.0;
 
-/// Share of a tolerance that roundings use; the rest is for the quintics between nodes.
-pub(super) const USED: f64 = 0.95;
-
 /// Change of direction that is none: rounding of positions.
 const STRAIGHT: f64 = 1e-9;
 
 /// Distance before a change of speed at which the old speed still holds \[mm\].
 const SPEED_STEP: f64 = 0.02;
-
-/// Largest value of the kernel of a bend: at 1/4.
-const LARGEST_BEND: f64 = 27.0 / 3072.0;
 
 /// Halvings of the range of a width.
 const HALVINGS: u32 = 10;
@@ -54,81 +49,27 @@ const MANY: usize = 64;
 /// Rounds in which widths are made smaller together.
 const ROUNDS: u32 = 40;
 
-/// Largest deviations at a corner.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct CornerTolerance {
-    /// Of X Y Z, and of U V W \[mm\].
-    pub(super) tip: f64,
-    /// Of A B C \[rad\].
-    pub(super) axis: f64,
-}
-
-impl CornerTolerance {
-    /// Returns a deviation as a share of the tolerance.
-    pub(super) fn share(&self, deviation: &LetterVector) -> f64 {
-        let [xyz, abc, uvw] = triples(deviation).map(|triple| triple.norm());
-        (xyz / self.tip).max(abc / self.axis).max(uvw / self.tip)
-    }
-
-    /// Returns the smaller tolerance of both.
-    pub(super) fn min(self, other: Self) -> Self {
-        Self { tip: self.tip.min(other.tip), axis: self.axis.min(other.axis) }
-    }
-}
-
-#[derive(Debug, Clone)]
-struct Corner {
+/// Place whose deviation from the polyline is watched: a corner, or one between two.
+#[derive(Debug, Clone, Copy)]
+struct CheckedPlace {
     at: f64,
-    /// Change of direction, and of curvature.
-    turn: LetterVector,
-    bend: LetterVector,
     tolerance: CornerTolerance,
-    /// Half width of its kernel, once it was chosen.
-    width: f64,
-}
-
-impl Corner {
-    /// Returns the step that a kernel of half width `w` adds to the path at `s`, with derivatives.
-    fn at(&self, s: f64, w: f64) -> [LetterVector; 4] {
-        // At a corner the leg behind it counts, and so do the jumps behind it.
-        let u =
-            ((s - self.at) / w).abs().max(f64::MIN_POSITIVE) * if s < self.at { -1.0 } else { 1.0 };
-        let [turn, bend] = [rounding(u), bending(u)];
-        let mut scale = w;
-        std::array::from_fn(|order| {
-            let part = self.turn * (turn[order] * scale) + self.bend * (bend[order] * scale * w);
-            scale /= w;
-            part
-        })
-    }
-
-    /// Returns that step without derivatives.
-    fn deviation(&self, s: f64, w: f64) -> LetterVector {
-        let u = (s - self.at) / w;
-        self.turn * (rounding(u)[0] * w) + self.bend * (bending(u)[0] * w * w)
-    }
-
-    /// Bound on what it adds at `s`, as a share of a tolerance.
-    fn share(&self, s: f64, w: f64, tolerance: &CornerTolerance) -> f64 {
-        let u = (s - self.at) / w;
-        if u.abs() >= 1.0 {
-            return 0.0;
-        }
-        tolerance.share(&(self.turn * (rounding(u)[0] * w)))
-            + tolerance.share(&(self.bend * (LARGEST_BEND * w * w)))
-    }
+    /// Sum over the kernels whose widths are chosen.
+    deviation: LetterVector,
 }
 
 /// A place of the smooth path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PathNode {
-    pub(super) s: f64,
-    /// Letters and their derivatives by `s`.
-    pub(super) letters: [LetterVector; 4],
+#[non_exhaustive]
+pub struct PathNode {
+    /// Path parameter: length along the program \[mm\], with 10 mm for a radian.
+    pub s: f64,
+    /// Letters \[mm or rad\] and their derivatives by `s`.
+    pub letters: [LetterVector; 4],
     /// Seconds per length of a feed and of a rapid move.
     pub(super) rates: [f64; 2],
     /// Block that begins or is run here.
-    pub(super) block: u32,
+    pub block: u32,
 }
 
 #[derive(Debug, Clone)]
@@ -152,38 +93,15 @@ impl PlacedLeg {
     }
 }
 
-/// Returns the speed where two legs meet, as their times have it: with the same acceleration on either side of the corner,
-/// which the corner may not allow.
-fn border_speed(before: &Leg, behind: &Leg) -> f64 {
-    let [long, short] = [before, behind].map(|leg| leg.length * leg.rate());
-    let speeds = [before, behind].map(|leg| 1.0 / leg.rate());
-    let even = (speeds[0] * short + speeds[1] * long) / (long + short);
-    even.min(behind.pace.enters)
-}
-
 /// Changes of direction and curvature from the end of a leg to the start of the next one.
 fn turn_between(before: &Leg, behind: &Leg) -> [LetterVector; 2] {
     let [before, behind] = [before.at(before.length), behind.at(0.0)];
     [1, 2].map(|order: usize| behind[order] - before[order])
 }
 
-/// The leg, if it is a timed one.
-fn timed(leg: Option<&PlacedLeg>) -> Option<&Leg> {
-    leg.map(|placed| &placed.leg).filter(|leg| leg.kind == BlockKind::Timed)
-}
-
-/// Seconds per length at a place of a timed leg: linear from its middle to an end beside a faster leg.
-fn timed_rate(leg: &Leg, beside: [Option<&Leg>; 2], share: f64) -> f64 {
-    let own = leg.rates[0];
-    let border = |other: &Leg| {
-        (own * other.length + other.rates[0] * leg.length) / (leg.length + other.length)
-    };
-    let [start, end] = beside.map(|other| other.map_or(own, border).min(own));
-    if share < 0.5 {
-        start + (own - start) * 2.0 * share
-    } else {
-        own + (end - own) * (2.0 * share - 1.0)
-    }
+/// The larger of two times per length, of both kinds.
+fn slower(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    [one[0].max(other[0]), one[1].max(other[1])]
 }
 
 /// The smooth path of one run, from rest to rest.
@@ -191,6 +109,7 @@ fn timed_rate(leg: &Leg, beside: [Option<&Leg>; 2], share: f64) -> f64 {
 pub(super) struct RoundedPath {
     legs: VecDeque<PlacedLeg>,
     corners: VecDeque<Corner>,
+    places: VecDeque<CheckedPlace>,
     /// Corners whose widths are tried, and those that are settled.
     chosen: usize,
     settled: usize,
@@ -209,7 +128,7 @@ impl RoundedPath {
             let [turn, bend] = turn_between(last, leg);
             if turn.amax() > STRAIGHT || bend.amax() > STRAIGHT {
                 let at = self.length;
-                self.corners.push_back(Corner { at, turn, bend, tolerance, width: 0.0 });
+                self.push_corner(Corner { at, turn, bend, tolerance, width: 0.0 });
             }
         }
         let enters = self.legs.back().map_or(0.0, |last| border_speed(&last.leg, leg));
@@ -221,6 +140,24 @@ impl RoundedPath {
         placed.leave(f64::INFINITY);
         self.legs.push_back(placed);
         self.length += leg.length;
+    }
+
+    /// Appends a corner, and the places between it and the last one.
+    fn push_corner(&mut self, corner: Corner) {
+        if let Some(last) = self.corners.back() {
+            let tolerance = last.tolerance.min(corner.tolerance);
+            let [from, to] = [last.at, corner.at];
+            for share in [0.25, 0.5, 0.75] {
+                self.push_place(from + share * (to - from), tolerance);
+            }
+        }
+        self.push_place(corner.at, corner.tolerance);
+        self.corners.push_back(corner);
+    }
+
+    fn push_place(&mut self, at: f64, tolerance: CornerTolerance) {
+        let deviation = self.deviation(at);
+        self.places.push_back(CheckedPlace { at, tolerance, deviation });
     }
 
     /// Ends the path where the last leg ends.
@@ -269,8 +206,8 @@ impl RoundedPath {
         if s > settled {
             return None;
         }
-        self.node = Some(s);
-        let node = self.node_at(s)?;
+        let last = self.node.replace(s);
+        let node = self.node_at(s, last)?;
         self.forget(s - 2.0 * WIDEST);
         Some(node)
     }
@@ -298,10 +235,8 @@ impl RoundedPath {
                 break;
             }
             let width = self.widest(self.chosen);
-            if let Some(corner) = self.corners.get_mut(self.chosen) {
-                corner.width = width;
-            }
             self.reach = self.reach.max(width);
+            self.resize(self.chosen, width);
             self.chosen += 1;
         }
         while self.settled < self.chosen {
@@ -309,8 +244,8 @@ impl RoundedPath {
             if corner.at + 2.0 * WIDEST > known {
                 break;
             }
-            let to = corner.at + corner.width;
-            self.shrink(self.settled, to);
+            let ends = [corner.at - corner.width, corner.at + corner.width];
+            self.shrink(self.settled, ends);
             self.settled += 1;
         }
     }
@@ -340,20 +275,19 @@ impl RoundedPath {
         if low > 0.0 { low } else { high * (USED / share(high)).min(1.0) }
     }
 
-    /// Makes kernels from `first` on smaller until the path keeps its tolerances at the corners and between them, up to
-    /// `to`.
-    fn shrink(&mut self, first: usize, to: f64) {
-        let Some(from) = self.corners.get(first).map(|corner| corner.at - corner.width) else {
-            return;
-        };
-        let places: Vec<(f64, CornerTolerance)> = self.places(from, to);
+    /// Makes kernels from `first` on smaller until the path keeps its tolerances at the corners and between them, between
+    /// two ends.
+    fn shrink(&mut self, first: usize, [from, to]: [f64; 2]) {
         for _ in 0..ROUNDS {
             let mut kept = true;
-            for (s, tolerance) in &places {
-                let share = tolerance.share(&self.deviation(*s));
+            for index in self.places_within(from, to) {
+                let Some(CheckedPlace { at, tolerance, deviation }) = self.places.get(index) else {
+                    break;
+                };
+                let (at, share) = (*at, tolerance.share(deviation));
                 if share > USED {
                     kept = false;
-                    self.scale(first, *s, 0.97 * (USED / share).max(0.25));
+                    self.scale(first, at, 0.97 * (USED / share).max(0.25));
                 }
             }
             if kept {
@@ -362,28 +296,34 @@ impl RoundedPath {
         }
     }
 
-    /// Corners in a stretch and places between them, with their tolerances.
-    fn places(&self, from: f64, to: f64) -> Vec<(f64, CornerTolerance)> {
-        let mut places = Vec::new();
-        let mut last: Option<&Corner> = None;
-        for corner in self.corners.iter().filter(|corner| (from..=to).contains(&corner.at)) {
-            if let Some(last) = last {
-                let tolerance = last.tolerance.min(corner.tolerance);
-                let between =
-                    [0.25, 0.5, 0.75].map(|share| last.at + share * (corner.at - last.at));
-                places.extend(between.map(|s| (s, tolerance)));
-            }
-            places.push((corner.at, corner.tolerance));
-            last = Some(corner);
-        }
-        places
+    /// Indices of the places from one to another.
+    fn places_within(&self, from: f64, to: f64) -> std::ops::Range<usize> {
+        let index = |s: f64| self.places.partition_point(|place| place.at < s);
+        index(from)..self.places.partition_point(|place| place.at <= to).max(index(from))
     }
 
     /// Scales the widths of the kernels from `first` on that reach `s`.
     fn scale(&mut self, first: usize, s: f64, factor: f64) {
-        for corner in self.corners.iter_mut().skip(first).take(self.chosen - first) {
-            if (corner.at - s).abs() < corner.width {
-                corner.width *= factor;
+        for index in first..self.chosen {
+            let reaches = |corner: &&Corner| (corner.at - s).abs() < corner.width;
+            if let Some(corner) = self.corners.get(index).filter(reaches) {
+                self.resize(index, factor * corner.width);
+            }
+        }
+    }
+
+    /// Gives a corner another half width, and the places that its kernel reaches their deviations.
+    fn resize(&mut self, index: usize, width: f64) {
+        let Some(corner) = self.corners.get_mut(index) else { return };
+        let before = std::mem::replace(&mut corner.width, width);
+        let corner = corner.clone();
+        let reach = before.max(width);
+        let near = self.places_within(corner.at - reach, corner.at + reach);
+        for place in self.places.range_mut(near) {
+            for (width, sign) in [(before, -1.0), (width, 1.0)] {
+                if width > 0.0 {
+                    place.deviation += corner.deviation(place.at, width) * sign;
+                }
             }
         }
     }
@@ -413,6 +353,8 @@ impl RoundedPath {
             return None;
         }
         let mut step = LARGEST_STEP;
+        // Beginning of a kernel that the step must not pass, though it be close to the end.
+        let mut bends = f64::INFINITY;
         let legs = self.legs.range(self.leg_at(last)..);
         if let Some(leg) = legs.clone().next() {
             let turn = triples(&leg.leg.at(0.0)[1])[1].norm();
@@ -427,6 +369,7 @@ impl RoundedPath {
             let own = (corner.width / NODES).max(SMALLEST_STEP);
             let alone = step > CROWD * own && begin > last + NEAR * own;
             step = if alone { begin - last } else { step.min(own) };
+            bends = if alone { begin } else { bends };
         }
         for leg in legs.skip(1) {
             if leg.from >= last + step {
@@ -435,7 +378,8 @@ impl RoundedPath {
             step = self.step_to(last, step, leg);
         }
         let left = self.length - last;
-        let s = if left <= step + SMALLEST_STEP {
+        let straight = self.length <= bends.max(last + SMALLEST_STEP);
+        let s = if left <= step + SMALLEST_STEP && straight {
             self.length
         } else if left < 2.0 * step {
             last + 0.5 * left
@@ -451,10 +395,9 @@ impl RoundedPath {
         if distance < SMALLEST_STEP {
             return step;
         }
-        let before = self.legs.get(self.leg_at(leg.from).saturating_sub(1));
+        let here = self.legs.get(self.leg_at(last)).map(|here| &here.leg);
         let timed = leg.leg.kind == BlockKind::Timed;
-        let bits = |leg: &Leg| leg.rates.map(f64::to_bits);
-        let changes = !timed && before.is_some_and(|before| bits(&before.leg) != bits(&leg.leg));
+        let changes = !timed && here.is_some_and(|here| !is_same(here, &leg.leg));
         // Of short legs the number of the block comes late by less than a step.
         let marked = leg.leg.begins == BlockStart::Marked || leg.leg.length > LONG * step;
         if changes && distance > 2.0 * SPEED_STEP {
@@ -463,8 +406,8 @@ impl RoundedPath {
         if changes || marked { step.min(distance) } else { step }
     }
 
-    /// Returns the path at `s`.
-    fn node_at(&self, s: f64) -> Option<PathNode> {
+    /// Returns the path at `s`, behind a node at `last`.
+    fn node_at(&self, s: f64, last: Option<f64>) -> Option<PathNode> {
         let index = self.leg_at(s);
         let PlacedLeg { from, leg, .. } = self.legs.get(index)?;
         let mut letters = leg.at(s - from);
@@ -473,26 +416,31 @@ impl RoundedPath {
                 *letter += part;
             }
         }
-        let rates = self.rates_at(s, index)?;
+        let rates = self.rates_at(s, index, last)?;
         // A leg that begins so soon has no node of its own.
         let block = self.legs.get(self.leg_at(s + SMALLEST_STEP))?.leg.block;
         Some(PathNode { s, letters, rates, block })
     }
 
-    /// Returns the seconds per length of a feed and of a rapid move at `s` in a leg.
-    fn rates_at(&self, s: f64, index: usize) -> Option<[f64; 2]> {
+    /// Returns the seconds per length of a feed and of a rapid move at `s` in a leg, behind a node at `last`.
+    fn rates_at(&self, s: f64, index: usize, last: Option<f64>) -> Option<[f64; 2]> {
         let PlacedLeg { from, leg, peak, .. } = self.legs.get(index)?;
         let before = index.checked_sub(1).and_then(|before| self.legs.get(before));
         if leg.kind == BlockKind::Timed {
             let share = (s - from) / leg.length;
-            let beside = [before, self.legs.get(index + 1)].map(timed);
+            let beside = [before, self.legs.get(index + 1)];
+            let beside = beside.map(|other| timed(other.map(|placed| &placed.leg)));
             return Some([timed_rate(leg, beside, share).min(1.0 / peak), 0.0]);
         }
-        // Where the speed changes the lower one holds.
+        // Where the speed changes the lower one holds, and so it does among legs without a node between them.
         let changes = before.filter(|before| s <= *from && before.leg.kind != BlockKind::Timed);
-        Some(changes.map_or(leg.rates, |before| {
-            [0, 1].map(|kind| leg.rates[kind].max(before.leg.rates[kind]))
-        }))
+        let start = changes.map_or(leg.rates, |before| slower(leg.rates, before.leg.rates));
+        let same = |other: &&PlacedLeg| is_same(leg, &other.leg);
+        let back = self.legs.range(..index).rev().take_while(same);
+        let back = back.take_while(|other| last.is_some_and(|last| other.end() > last));
+        let onward = self.legs.range(index + 1..).take_while(same);
+        let onward = onward.take_while(|other| other.from < s + LARGEST_STEP);
+        Some(back.chain(onward).fold(start, |rates, other| slower(rates, other.leg.rates)))
     }
 
     /// Forgets legs and corners before `s`.
@@ -504,6 +452,97 @@ impl RoundedPath {
             self.corners.pop_front();
             self.settled -= 1;
             self.chosen -= 1;
+        }
+        while self.places.front().is_some_and(|place| place.at < s) {
+            self.places.pop_front();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::quintic::Quintic;
+    use crate::program_motion::block::{
+        BlockCoordinates, BlockEnding, BlockShape, LETTERS, MotionBlock,
+    };
+
+    /// Number between 0 and 1, by xorshift.
+    fn unit(state: &mut u64) -> f64 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        (*state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn leg(start: [f64; 3], end: [f64; 3]) -> Option<Leg> {
+        let letters = |at: [f64; 3]| {
+            let mut letters = [0.0; LETTERS];
+            letters[..3].copy_from_slice(&at);
+            letters
+        };
+        Leg::of(&MotionBlock {
+            number: 1,
+            start: letters(start),
+            end: letters(end),
+            shape: BlockShape::Line,
+            kind: BlockKind::Feed,
+            speed: 10.0,
+            begins: BlockStart::Flow,
+            ending: BlockEnding::Blend,
+            tolerance: 0.01,
+            coordinates: BlockCoordinates::Axes,
+            tool_length: 0.0,
+        })
+    }
+
+    /// Distance of a place from the polyline.
+    fn miss(points: &[[f64; 3]], at: &LetterVector) -> f64 {
+        let at = triples(at)[0];
+        let distance = |two: &[[f64; 3]]| {
+            let [from, to] = [two[0], two[1]].map(nalgebra::Vector3::from);
+            let along = to - from;
+            let u = (at - from).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
+            (at - from - along * u.clamp(0.0, 1.0)).norm()
+        };
+        points.windows(2).map(distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Between its nodes as well, the path stays within the tolerance of legs of any lengths, from a millionth of a
+    /// millimetre to a millimetre.
+    #[test]
+    fn tiny_legs_keep_the_tolerance() {
+        let mut state = 77;
+        for case in 0..60 {
+            let tip = 10.0_f64.powf(-2.5 + 2.0 * unit(&mut state));
+            let tolerance = CornerTolerance { tip, axis: 1e-3 };
+            let mut points = vec![[0.0; 3]];
+            let mut path = RoundedPath::default();
+            for _ in 0..80 {
+                let size = 10.0_f64.powf(-6.0 + 6.0 * unit(&mut state));
+                let from = points[points.len() - 1];
+                let to = from.map(|value| value + size * (2.0 * unit(&mut state) - 1.0));
+                if let Some(leg) = leg(from, to) {
+                    path.push(&leg, tolerance);
+                    points.push(to);
+                }
+            }
+            path.end();
+            let mut before: Option<PathNode> = None;
+            let mut worst = 0.0_f64;
+            while let Some(node) = path.next_node() {
+                if let Some(last) = before.replace(node) {
+                    let jet = |of: &PathNode| [of.letters[0], of.letters[1], of.letters[2]];
+                    let length = node.s - last.s;
+                    let curve = Quintic::new(length, jet(&last), jet(&node));
+                    for k in 0..=8 {
+                        let [at, ..] = curve.at(length * f64::from(k) / 8.0);
+                        let share = miss(&points, &at) / tip;
+                        worst = worst.max(share);
+                    }
+                }
+            }
+            assert!(path.is_finished() && worst <= 1.0, "case {case}: {worst}");
         }
     }
 }
