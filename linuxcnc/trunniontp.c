@@ -326,13 +326,27 @@ static int refusal(const TP_STRUCT *tp)
     return 0;
 }
 
-/* Fills what lines and arcs have in common. */
-static struct block *new_block(TP_STRUCT *tp, const EmcPose *end, int canon_type, double speed, unsigned char enables,
-                               char at_speed, struct state_tag_t tag)
+/* Sets the speed of a block, which LinuxCNC gives in degrees where nothing but rotaries moves. */
+static void set_speed(const TP_STRUCT *tp, struct block *block, double speed)
+{
+    TrunnionBlock *motion = &block->motion;
+    double step[TRUNNION_LETTERS];
+    for (int letter = 0; letter < TRUNNION_LETTERS; letter++)
+        step[letter] = motion->end[letter] - motion->start[letter];
+    /* A full circle ends where it begins. */
+    int rotary = !motion->arc && norm(step, 0) <= SHORTEST && norm(step, LINEAR) <= SHORTEST;
+    if (!rotary && tp->vLimit > 0.0 && speed > tp->vLimit)
+        speed = tp->vLimit;
+    block->speed = speed;
+    motion->speed = rotary ? speed / DEGREES : speed;
+}
+
+/* Fills what lines and arcs have in common, but the speed. */
+static struct block *new_block(TP_STRUCT *tp, const EmcPose *end, int canon_type, unsigned char enables, char at_speed,
+                               struct state_tag_t tag)
 {
     struct block *block = block_of(next_block);
     TrunnionBlock *motion = &block->motion;
-    double step[TRUNNION_LETTERS];
     int probes = canon_type == EMC_MOTION_TYPE_PROBING;
     memset(block, 0, sizeof *block);
     block->id = tp->nextId;
@@ -353,13 +367,6 @@ static struct block *new_block(TP_STRUCT *tp, const EmcPose *end, int canon_type
     motion->tolerance = tp->tolerance > 0.0 ? tp->tolerance : *pins->path_tolerance;
     motion->mode = *pins->kinematics_type > 0.5 ? TRUNNION_MODE_TOOL_CENTER_POINT : TRUNNION_MODE_AXES;
     motion->tool_length = *pins->tool_offset;
-    for (int letter = 0; letter < TRUNNION_LETTERS; letter++)
-        step[letter] = motion->end[letter] - motion->start[letter];
-    int rotary = norm(step, 0) <= SHORTEST && norm(step, LINEAR) <= SHORTEST;
-    if (!rotary && tp->vLimit > 0.0 && speed > tp->vLimit)
-        speed = tp->vLimit;
-    block->speed = speed;
-    motion->speed = rotary ? speed / DEGREES : speed;
     return block;
 }
 
@@ -389,7 +396,7 @@ int tpAddLine(TP_STRUCT *const tp, EmcPose end, int canon_motion_type, double ve
         rtapi_print_msg(RTAPI_MSG_ERR, "trunniontp: a rotary that locks (LOCKING_INDEXER) is not planned\n");
         return TP_ERR_FAIL;
     }
-    new_block(tp, &end, canon_motion_type, vel, enables, atspeed, tag);
+    set_speed(tp, new_block(tp, &end, canon_motion_type, enables, atspeed, tag), vel);
     return append(tp, &end);
 }
 
@@ -401,12 +408,14 @@ int tpAddCircle(TP_STRUCT *const tp, EmcPose end, PmCartesian center, PmCartesia
     (void)acc;
     if (refusal(tp))
         return TP_ERR_FAIL;
-    TrunnionBlock *motion = &new_block(tp, &end, canon_motion_type, vel, enables, atspeed, tag)->motion;
+    struct block *block = new_block(tp, &end, canon_motion_type, enables, atspeed, tag);
+    TrunnionBlock *motion = &block->motion;
     const double middle[3] = {center.x, center.y, center.z}, axis[3] = {normal.x, normal.y, normal.z};
     motion->arc = 1;
     motion->turns = turn;
     memcpy(motion->center, middle, sizeof middle);
     memcpy(motion->normal, axis, sizeof axis);
+    set_speed(tp, block, vel);
     return append(tp, &end);
 }
 

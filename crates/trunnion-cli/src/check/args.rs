@@ -11,6 +11,14 @@ use std::path::PathBuf;
 use trunnion::nc::read::Dialect;
 use trunnion::verify::FindingKind;
 
+/// Control whose time is predicted: `LinuxCNC` 2.9 with its own planner, or with that of trunnion.
+// Variants with documentation would give the whole help another layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum PredictedControl {
+    Linuxcnc,
+    LinuxcncTrunnion,
+}
+
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct CheckArgs {
@@ -114,6 +122,10 @@ pub(crate) struct CheckArgs {
     /// of a rotary axis. The part is measured under each and under all together; the verdict is that without them.
     #[arg(long, value_name = "NAME=MM,..", value_delimiter = ',', value_parser = what_if::read)]
     pub(super) what_if: Vec<Assumption>,
+    /// Control whose time is predicted: linuxcnc is version 2.9 as it comes, linuxcnc-trunnion has the planner of trunnion,
+    /// which plans the program for it. Both are printed then; neither is judged.
+    #[arg(long, value_name = "NAME", default_value = "linuxcnc")]
+    pub(super) control: PredictedControl,
     /// Kind of finding that does not fail the check, such as spindle-stopped for a plotter; see below. May be repeated.
     #[arg(long, value_name = "KIND", value_parser = finding_kind)]
     pub(super) accept: Vec<FindingKind>,
@@ -186,6 +198,12 @@ Findings have kinds, each with a page in the book: gouge, excess, tool-length, u
 unmeasured, travel, velocity, acceleration, spindle-stopped, spindle-reversed, no-length,
 wrong-length, no-tool, slow-cuts, no-coolant, smoothing. Those named with --accept are reported, but do not fail the check.
 
+Time: a control takes longer than the program states where its planner has to be slower. The table
+has the time on LinuxCNC 2.9, by a model of its planner; --control linuxcnc-trunnion adds that with
+the planner of trunnion (TPMOD = trunniontp), which rounds corners within P of G64 and keeps the
+jerk limits of the machine file. Tool changes and the spindle take no time there, and G61.1 is
+timed as G61.
+
 Setpoints (a .csv file) are checked against the machine alone. Columns: t in s, then X,Y,.. in mm
 and degrees, and optionally X_vel,.., X_acc,.., X_jerk,... Every row must keep the period and all
 limits. Between two rows, the smallest acceleration and jerk that any motion through both needs
@@ -195,6 +213,7 @@ Exit codes: 0 every tolerance and limit is kept; 1 one is broken, and reported; 
 written.
 
   trunnion check out/program.linuxcnc.ngc --job job.toml -o checked
+  trunnion check part.ngc --machine bc-trunnion --tool-length 120 --control linuxcnc-trunnion
   trunnion check part.ngc --machine bc-trunnion --part part.step --faces 2,3 --cutter R=10,r=6 \\
       --tool-length 120 --origin -381,-254,-505 --rotation 0,20,0 --tolerance 0.02,0.002 -o checked
   trunnion check part.ngc --job job.toml --stock box:-60,-75,-30,60,75,5 --fixture clamp.stl

@@ -10,6 +10,7 @@ mod limit_ratio;
 mod named;
 mod offset;
 mod page;
+mod planner_time;
 mod remedy;
 mod replay;
 mod run;

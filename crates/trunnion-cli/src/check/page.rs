@@ -2,6 +2,7 @@
 
 use super::control_model::ControlModelSummary;
 use super::limit_ratio::LimitRatio;
+use super::planner_time::PlannerTime;
 use super::subject::Subject;
 use super::summary::{Heights, PartCheckSummary};
 use crate::figure::{Prominence, judged, none, plain, within};
@@ -122,6 +123,7 @@ fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
         numbers.push(percent(format!("{} acceleration", axis.name), axis.acceleration));
     }
     numbers.extend(summary.control_model.iter().flat_map(ControlModelSummary::numbers));
+    numbers.extend(summary.planner_time.iter().map(PlannerTime::number));
     numbers
 }
 

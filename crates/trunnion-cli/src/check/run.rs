@@ -1,6 +1,7 @@
 //! The verb: reads, checks, writes and prints.
 
-use super::args::CheckArgs;
+use super::args::{CheckArgs, PredictedControl};
+use super::planner_time::planner_time;
 use super::subject::Subject;
 use super::summary::PartCheckSummary;
 use super::{export, page, setpoints};
@@ -49,6 +50,9 @@ pub(super) fn checked(args: &CheckArgs, progress: &dyn Progress) -> Result<PartC
     let found = subject.check(progress)?;
     let assumed = subject.assumed(progress)?;
     let mut summary = PartCheckSummary::new(&subject, &found, assumed);
+    if args.control == PredictedControl::LinuxcncTrunnion {
+        summary.set_planner_time(planner_time(&subject)?);
+    }
     let places = match &args.output {
         Some(folder) => write(&subject, &found, &mut summary, folder)?,
         None => Vec::new(),

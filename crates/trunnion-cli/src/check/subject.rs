@@ -12,7 +12,7 @@ use crate::{inspect, machine, text};
 use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::files::summary::ChordSummary;
-use trunnion::machine::Kinematics;
+use trunnion::machine::{Kinematics, Machine};
 use trunnion::nc::read::{
     AxisWords, ClSource, ClText, Dialect, ProgramSource, ProgramText, ReadOptions, ToolRow,
 };
@@ -23,8 +23,8 @@ use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
     self, CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, FindingKind, Inspection,
-    InspectionReport, PlannedCuts, Stock, TimedStock, TimedStockOptions, TimelineOptions,
-    TimelinePoint, Tool, Track, VerifyError, WorkOffset,
+    InspectionReport, PlannedCuts, ReplayedBlock, Stock, TimedStock, TimedStockOptions,
+    TimelineOptions, TimelinePoint, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Largest distance between two drawn tool positions \[mm\].
@@ -213,6 +213,24 @@ impl Subject {
         let tools = self.table();
         verify::timeline(&self.input(&tools), &TimelineOptions::for_pictures())
             .map_err(|error| self.failure(&error))
+    }
+
+    /// Returns the machine of the program; `None` for cutter locations.
+    pub(super) fn program_machine(&self) -> Option<&Machine> {
+        match &self.motion {
+            CheckedMotion::Program(_, kinematics) => Some(kinematics.machine()),
+            CheckedMotion::Locations(_) => None,
+        }
+    }
+
+    /// Replays the blocks of the program, arcs in chords within `chord` \[mm\].
+    pub(super) fn replay_blocks<E: From<VerifyError>>(
+        &self,
+        chord: f64,
+        visit: impl FnMut(&ReplayedBlock) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let tools = self.table();
+        verify::replay_blocks(&self.input(&tools), chord, visit)
     }
 
     /// Returns the raw material, if it was named.

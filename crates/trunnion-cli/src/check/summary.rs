@@ -4,6 +4,7 @@ use super::assumptions::{AssumedSolutions, ToolChanges};
 use super::control_model::ControlModelSummary;
 use super::creeping::creeping;
 use super::limit_ratio::LimitRatio;
+use super::planner_time::PlannerTime;
 use super::smoothing::SmoothingSummary;
 use super::subject::{CheckedMotion, Subject};
 use super::what_if::AssumedDeviation;
@@ -49,6 +50,9 @@ pub(super) struct PartCheckSummary {
     held: Option<f64>,
     /// Time on a control that does not look ahead over rotary moves; null without a machine.
     pub(super) control_model: Option<ControlModelSummary>,
+    /// Time on `LinuxCNC` with the planner of trunnion; left out if it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) planner_time: Option<PlannerTime>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
     brief: Option<BriefBlocks>,
     /// Passages through the singular cone; null if there are none.
@@ -249,9 +253,11 @@ impl PartCheckSummary {
                 planned: audit.duration,
                 certified_bound: Some(audit.held),
                 linuxcnc: Some(audit.linuxcnc.seconds),
+                ..TimesSummary::default()
             }),
             held: audit.map(|audit| audit.held),
             control_model: audit.map(|audit| ControlModelSummary::of(&audit.linuxcnc)),
+            planner_time: None,
             brief: audit.and_then(|audit| audit.brief).map(BriefBlocks::of),
             singular: audit.and_then(|audit| audit.singular).map(SingularPassages::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
@@ -266,6 +272,14 @@ impl PartCheckSummary {
             // Filled in when the files are written.
             files: Vec::new(),
         }
+    }
+
+    /// Sets the time on `LinuxCNC` with the planner of trunnion.
+    pub(super) fn set_planner_time(&mut self, time: Option<PlannerTime>) {
+        if let Some(times) = &mut self.times {
+            times.linuxcnc_trunnion = time.map(|time| time.seconds);
+        }
+        self.planner_time = time;
     }
 
     /// Returns the verdict of a program that passed; it mentions only what was measured and audited.
@@ -325,6 +339,9 @@ impl PartCheckSummary {
         }
         if let Some(model) = &self.control_model {
             row("control model", model.words());
+        }
+        if let Some(time) = &self.planner_time {
+            row("", time.words());
         }
         if let Some(BriefBlocks { count, line, shortest, period }) = &self.brief {
             let short = format!(

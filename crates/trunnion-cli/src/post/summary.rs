@@ -214,6 +214,7 @@ impl PostSummary {
                 planned: report.seconds.output + report.rapid_seconds,
                 certified_bound: None,
                 linuxcnc: Some(report.linuxcnc_duration.output),
+                ..TimesSummary::default()
             },
             left_out: posted.left_out,
             length: report.length,

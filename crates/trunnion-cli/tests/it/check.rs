@@ -447,3 +447,26 @@ fn stock_and_fixtures_are_read_from_step_files() {
     let (code, _, errors) = outcome(&trunnion(folder, &all));
     assert!(code == Some(2) && errors.contains("not closed"), "{errors}");
 }
+
+/// 100 mm at 50 mm/s, at rest behind a corner of 90 degrees that leaves 0.01 mm of room, and back to the start.
+#[test]
+fn the_time_with_the_planner_of_trunnion_is_predicted_on_request() {
+    let folder = folder();
+    let program = "G21 G90 G94 G40 G49 G17 G54\nG64 P0.01 Q0\nM3 S1000\nG53 G0 Z0\nG0 X-300 Y-200\nG1 X-200 F3000\n\
+                   G1 Y-190\nM2\n";
+    fs::write(folder.path().join("line.ngc"), program).unwrap();
+    let check =
+        ["check", "line.ngc", "--machine", "machine.toml", "--tool-length", "100", "--json"];
+    let times = |more: &[&str]| {
+        let output = trunnion(folder.path(), &[&check, more].concat());
+        let (_, _, errors) = outcome(&output);
+        assert!(errors.is_empty(), "{errors}");
+        json(&output)["times"].clone()
+    };
+    assert!(times(&[]).get("linuxcnc_trunnion").is_none());
+    let times = times(&["--control", "linuxcnc-trunnion"]);
+    let [planned, predicted] =
+        ["planned", "linuxcnc_trunnion"].map(|name| times[name].as_f64().unwrap());
+    // The rapid move counts without ramps in the time of the program; three ramps and a slow corner add to it.
+    assert!(predicted > planned + 0.1 && predicted < planned + 1.5, "{predicted} {planned}");
+}

@@ -241,6 +241,7 @@ fn linuxcnc_runs_written_programs_with_these_kinematics() {
             seconds: 300,
             actions: &[],
             pins: &[],
+            hal: "",
         };
         let run = control.run(&folder.join(&work), &plan);
         assert!(run.errors.is_empty() && run.ended, "{name}: {:?}\n{}", run.errors, run.log);
@@ -293,6 +294,7 @@ fn linuxcnc_says_why_a_program_is_refused_and_stops_inside_travel() {
             seconds: 60,
             actions: &[],
             pins: &[],
+            hal: "",
         };
         let run = control.run(&folder.join("control"), &plan);
         let said = run.errors.join("\n");

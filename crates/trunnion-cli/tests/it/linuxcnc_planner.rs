@@ -111,6 +111,7 @@ fn run_example(control: &Control, folder: &Path, name: &str, text: &str) -> f64 
         seconds: 300,
         actions: &[],
         pins: &PINS,
+        hal: "",
     };
     let run = control.run(&folder.join(&work), &plan);
     assert!(run.errors.is_empty() && run.ended, "{name}: {:?}\n{}", run.errors, run.log);
@@ -118,12 +119,27 @@ fn run_example(control: &Control, folder: &Path, name: &str, text: &str) -> f64 
     let ratios = motion.ratios(&machine);
     let pins: Vec<String> = PINS.iter().map(|pin| format!("{pin} {}", run.values[*pin])).collect();
     eprintln!(
-        "{name}: {:.2} s with the way to the start and home, ratios {ratios:.4?}, {}",
+        "{name}: {:.2} s with the way to the start and home, predicted {:.2} s, ratios {ratios:.4?}, {}, {}",
         motion.moving(),
+        predicted(folder, name),
+        motion.cost(),
         pins.join(", ")
     );
     assert!(ratios.iter().all(|ratio| *ratio <= 1.001), "{name}: {ratios:?}");
+    let (predicted, took) = (predicted(folder, name), motion.moving());
+    assert!((predicted / took - 1.0).abs() < 0.1, "{name}: {predicted} {took}");
     motion.planned_part(first_place(text))
+}
+
+/// Time of a program with the planner, as `trunnion check` predicts it.
+fn predicted(folder: &Path, name: &str) -> f64 {
+    let arguments = [
+        &["check", name, "--machine", "bc-trunnion", "--tool-length", "120"][..],
+        &["--origin=-381,-254,-505", "--control", "linuxcnc-trunnion", "--json"],
+    ];
+    let checked = trunnion(folder, &arguments.concat());
+    let summary: serde_json::Value = serde_json::from_slice(&checked.stdout).unwrap();
+    summary["times"]["linuxcnc_trunnion"].as_f64().unwrap()
 }
 
 /// X Y Z of the control where the first block with a time begins: the tip, the work offset and the tool length together.
@@ -146,19 +162,36 @@ struct Motion {
     joints: Vec<[f64; 5]>,
     words: Vec<[f64; 3]>,
     tip: Vec<bool>,
+    /// Time of planner and kinematics in a cycle [ns].
+    costs: Vec<f64>,
 }
 
 impl Motion {
     fn of(run: &Run) -> Self {
-        let (mut joints, mut words, mut tip) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut joints, mut words) = (Vec::new(), Vec::new());
+        let (mut tip, mut costs) = (Vec::new(), Vec::new());
         for line in run.samples.lines().filter(|line| !line.contains("overrun")) {
             let numbers: Vec<f64> =
                 line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
             joints.push(std::array::from_fn(|joint| numbers[joint] * 1e-6));
             words.push(std::array::from_fn(|letter| numbers[5 + letter]));
             tip.push(numbers[10] > 0.5);
+            costs.push(numbers[11] + numbers[15]);
         }
-        Self { joints, words, tip }
+        costs.sort_by(f64::total_cmp);
+        Self { joints, words, tip, costs }
+    }
+
+    /// Time of a servo cycle in the median, below which 999 of 1000 are, and at most, in words.
+    fn cost(&self) -> String {
+        let at =
+            |thousandths: usize| 1e-3 * self.costs[(self.costs.len() - 1) * thousandths / 1000];
+        format!(
+            "cycle {:.1} us in the median, 99.9 % below {:.1}, {:.1} at most",
+            at(500),
+            at(999),
+            at(1000)
+        )
     }
 
     /// Largest velocity, acceleration and jerk over their limits, from differences of cycles. Joints are X Y Z A C, and the
@@ -256,6 +289,7 @@ fn run(control: &Control, folder: &Path, planner: &str, text: &str, actions: &[A
         seconds: 120,
         actions,
         pins,
+        hal: "",
     };
     control.run(&work, &plan)
 }
@@ -268,8 +302,9 @@ fn check(run: &Run, points: &[[f64; 3]], case: &str) -> Motion {
     let miss = motion.contour(points);
     let pins: Vec<String> = PINS.iter().map(|pin| format!("{pin} {}", run.values[*pin])).collect();
     eprintln!(
-        "{case}: {:.3} s on the pass, ratios {velocity:.4} {acceleration:.4} {jerk:.4}, contour {miss:.5} mm, {}",
+        "{case}: {:.3} s on the pass, ratios {velocity:.4} {acceleration:.4} {jerk:.4}, contour {miss:.5} mm, {}, {}",
         motion.on_the_pass(),
+        motion.cost(),
         pins.join(", ")
     );
     assert_eq!(run.lost, 0, "{case}: cycles that the sampler lost");

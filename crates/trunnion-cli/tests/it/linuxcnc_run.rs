@@ -43,6 +43,8 @@ pub(crate) struct Plan<'a> {
     pub(crate) actions: &'a [Action],
     /// Pins that are read at the end, besides those of the kinematics.
     pub(crate) pins: &'a [&'a str],
+    /// HAL commands behind those of the sampler.
+    pub(crate) hal: &'a str,
 }
 
 /// One thing that the operator does.
@@ -64,7 +66,7 @@ pub(crate) struct Run {
     /// Cycles without a sample.
     pub(crate) lost: u64,
     /// One cycle a line: number, joints times a million, words of the same letters, type of kinematics, time of the inverse
-    /// in ns. The sampler writes six decimals, and third differences of joints need more.
+    /// in ns, two digital outputs and an analogue one, time of the planner in ns. The sampler writes six decimals, and third differences of joints need more.
     pub(crate) samples: String,
     pub(crate) refusals: u64,
     /// Reason of the last refusal, 0 for none.
@@ -206,7 +208,7 @@ fn prepare(folder: &Path, plan: &Plan<'_>) {
     let sampled = text.replace("\n\n[EMCIO]", "\nHALFILE = sample.hal\n\n[EMCIO]");
     assert!(sampled.contains("sample.hal"));
     fs::write(&ini, sampled).unwrap();
-    fs::write(folder.join("sample.hal"), sampler(plan.letters)).unwrap();
+    fs::write(folder.join("sample.hal"), sampler(plan)).unwrap();
     fs::write(folder.join("program.ngc"), plan.program).unwrap();
     let kinematics =
         ["trunnionkins.refusals", "trunnionkins.refusal", "trunnionkins.inverse-ns-max"];
@@ -221,11 +223,12 @@ fn prepare(folder: &Path, plan: &Plan<'_>) {
     fs::write(folder.join("drive.json"), steps.to_string()).unwrap();
 }
 
-/// Samples joints, words, the type of kinematics and the time of the inverse in every servo cycle.
-fn sampler(letters: &str) -> String {
+/// Samples joints, words, the type of kinematics, outputs and the times of inverse and planner in every servo cycle.
+fn sampler(plan: &Plan<'_>) -> String {
+    let letters = plan.letters;
     let count = letters.len();
     let mut text = format!(
-        "loadrt scale count={count}\nloadrt sampler depth=16000 cfg={}bs\n",
+        "loadrt scale count={count}\nloadrt sampler depth=16000 cfg={}bsbbfs\n",
         "f".repeat(2 * count)
     );
     for joint in 0..count {
@@ -249,7 +252,14 @@ fn sampler(letters: &str) -> String {
         2 * count + 1
     )
     .unwrap();
-    text
+    let outputs = ["motion.digital-out-00", "motion.digital-out-01", "motion.analog-out-00"];
+    let planner = plan.pins.iter().any(|pin| pin.starts_with("trunniontp."));
+    let cycle = planner.then_some("trunniontp.cycle-ns");
+    for (index, source) in outputs.into_iter().chain(cycle).enumerate() {
+        let pin = 2 * count + 2 + index;
+        writeln!(text, "net sampled-more-{index} {source} => sampler.0.pin.{pin}").unwrap();
+    }
+    text + plan.hal
 }
 
 fn result(folder: &Path, log: String) -> Run {

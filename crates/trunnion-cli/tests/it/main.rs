@@ -13,6 +13,7 @@ mod feed;
 mod init;
 mod inspect;
 mod linuxcnc;
+mod linuxcnc_control;
 mod linuxcnc_planner;
 mod linuxcnc_run;
 mod machine;

@@ -68,6 +68,9 @@ pub struct TimesSummary {
     pub certified_bound: Option<f64>,
     /// Time on `LinuxCNC` 2.9 by the model of its planner; null if it was not computed.
     pub linuxcnc: Option<f64>,
+    /// Time on `LinuxCNC` with the planner of trunnion, which plans the program for it; left out if nobody asked for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linuxcnc_trunnion: Option<f64>,
 }
 
 /// Tolerance and its shares, in mm.

@@ -90,6 +90,7 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
             planned: motion.duration,
             certified_bound: Some(motion.lower_bound),
             linuxcnc: checked.iter().find_map(|program| program.linuxcnc_duration),
+            ..TimesSummary::default()
         },
         motion,
         chords: job.file.chords(),

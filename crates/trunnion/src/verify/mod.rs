@@ -57,8 +57,9 @@ pub use inspect::{CutStock, FeedMeaning, Inspection, InspectionReport, OtherFace
 pub use line_stats::LineCount;
 pub use options::{BoundMargins, BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
 pub use replay::{
-    Changes, Choice, Choices, Tables, TimedPose, TimelineOptions, TimelinePoint, Tool, Track,
-    WorkOffset, offset_name, offset_short_name, timeline, track,
+    Changes, Choice, Choices, ReplayedBlock, ReplayedCourse, ReplayedSpeed, Tables, TimedPose,
+    TimelineOptions, TimelinePoint, Tool, Track, WorkOffset, offset_name, offset_short_name,
+    replay_blocks, timeline, track,
 };
 pub use report::{
     Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,
