@@ -16,6 +16,7 @@ ci:
 # TRUNNION_TORTURE_SEED=... repeats one.
 torture cases="20000" seed=`date +%s`:
     TRUNNION_TORTURE=1 cargo test --release -p trunnion-motion -p trunnion --test it -- --nocapture branches:: setup:: feed:: jerk:: jerk_ends:: feed_stream:: jerk_stream:: jerk_override:: round_trip:: random_motion:: random_programs:: planted_bodies::
+    TRUNNION_TORTURE=1 TRUNNION_TORTURE_SEED={{seed}} cargo test --release -p trunnion-rt --test it -- --nocapture operation::
     TRUNNION_TORTURE=1 TRUNNION_TORTURE_SEED={{seed}} cargo test --release -p trunnion-cli --test it -- --nocapture conservation:: rs274:: linuxcnc_planner::
     PROPTEST_RNG_SEED={{seed}} PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 

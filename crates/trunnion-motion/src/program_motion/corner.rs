@@ -2,6 +2,17 @@
 
 use super::kernel::{bending, rounding};
 use super::leg::{LetterVector, triples};
+use super::pace::least;
+use crate::feed::Limits;
+use crate::math;
+use crate::types::{AXES, AxisVector};
+
+/// Largest half width of a kernel \[mm\]: a path must be known three times as far ahead.
+pub(super) const WIDEST: f64 = 2.0;
+
+/// Largest second and third derivative of the kernel of a corner.
+const LARGEST_TURN_BEND: f64 = 1.125;
+const LARGEST_TURN_CHANGE: f64 = 2.25;
 
 /// Share of a tolerance that roundings use; the rest is for the quintics between nodes.
 pub(super) const USED: f64 = 0.95;
@@ -73,4 +84,20 @@ impl Corner {
         tolerance.share(&(self.turn * (rounding(u)[0] * w)))
             + tolerance.share(&(self.bend * (LARGEST_BEND * w * w)))
     }
+}
+
+/// Returns the largest speed at a corner, by the turn of the letters there and that of the axes.
+pub(super) fn largest_speed(
+    letters: &LetterVector,
+    axes: &AxisVector,
+    tolerance: &CornerTolerance,
+    limits: &Limits<AXES>,
+) -> f64 {
+    let width = (USED / (tolerance.share(letters) * rounding(0.0)[0])).min(WIDEST);
+    let square = width * least(&limits.acceleration, axes) / LARGEST_TURN_BEND;
+    let cube = limits
+        .jerk
+        .as_ref()
+        .map_or(f64::INFINITY, |jerk| width * width * least(jerk, axes) / LARGEST_TURN_CHANGE);
+    square.sqrt().min(math::cbrt(cube))
 }

@@ -9,20 +9,11 @@
 //!
 //! in its time `T`. At the speed for which `D` is its length it takes its time, or longer where its ramps do.
 
-use super::corner::{CornerTolerance, USED};
-use super::kernel::rounding;
-use super::leg::LetterVector;
-use super::rounded_path::WIDEST;
 use crate::feed::Limits;
-use crate::math;
 use crate::types::{AXES, AxisVector};
 
 /// Halvings of a range of speeds.
 const HALVINGS: u32 = 24;
-
-/// Largest second and third derivative of the kernel of a corner.
-const LARGEST_BEND: f64 = 1.125;
-const LARGEST_CHANGE: f64 = 2.25;
 
 /// Limits of the axes to a change of speed along a leg, and to the speed at the corner where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,24 +36,6 @@ impl Pace {
             |limit: &AxisVector| rates.iter().map(|rate| least(limit, rate)).fold(0.0, f64::max);
         let jerk = limits.jerk.as_ref().map_or(f64::INFINITY, most);
         Self { acceleration: most(&limits.acceleration), jerk, enters: f64::INFINITY }
-    }
-
-    /// Adds the corner at the start: the turn of the letters, and that of the axes.
-    pub(super) fn with_corner(
-        mut self,
-        letters: &LetterVector,
-        axes: &AxisVector,
-        tolerance: &CornerTolerance,
-        limits: &Limits<AXES>,
-    ) -> Self {
-        let width = (USED / (tolerance.share(letters) * rounding(0.0)[0])).min(WIDEST);
-        let square = width * least(&limits.acceleration, axes) / LARGEST_BEND;
-        let cube = limits
-            .jerk
-            .as_ref()
-            .map_or(f64::INFINITY, |jerk| width * width * least(jerk, axes) / LARGEST_CHANGE);
-        self.enters = square.sqrt().min(math::cbrt(cube));
-        self
     }
 
     /// Time of a change of speed.
@@ -105,7 +78,7 @@ impl Pace {
 const MOST: f64 = 3.0;
 
 /// Returns the smallest share of a limit over a rate.
-fn least(limits: &AxisVector, rates: &AxisVector) -> f64 {
+pub(super) fn least(limits: &AxisVector, rates: &AxisVector) -> f64 {
     limits.zip_map(rates, |limit, rate| limit / rate.abs()).min()
 }
 

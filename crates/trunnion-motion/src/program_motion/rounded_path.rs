@@ -4,13 +4,10 @@
 //! legs of a smooth curve become that curve again: the kernels reach over many of them.
 
 use super::block::{BlockKind, BlockStart};
-use super::corner::{Corner, CornerTolerance, USED};
+use super::corner::{Corner, CornerTolerance, USED, WIDEST};
 use super::leg::{Leg, LetterVector, triples};
 use super::leg_speeds::{border_speed, is_same, timed, timed_rate};
 use std::collections::VecDeque;
-
-/// Largest half width of a kernel \[mm\]: a path must be known three times as far ahead.
-pub(super) const WIDEST: f64 = 2.0;
 
 /// Largest distance between two nodes \[mm\].
 const LARGEST_STEP: f64 = 4.0;

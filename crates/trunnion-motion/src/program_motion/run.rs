@@ -1,7 +1,7 @@
 //! One run of a program from rest to rest: blocks in, steps of its schedule out.
 
 use super::block::{BlockCoordinates, BlockEnding, BlockKind, BlockStart, MotionBlock};
-use super::corner::CornerTolerance;
+use super::corner::{CornerTolerance, largest_speed};
 use super::joints::{WordJoints, WordsFault};
 use super::leg::{Leg, LetterVector};
 use super::pace::Pace;
@@ -164,11 +164,12 @@ impl ProgramRun {
         let rates = |leg: &Leg, at: f64| self.joints.jets(&leg.at(at)).map(|[_, rate, ..]| rate);
         let places = [0.0, 0.5 * leg.length, leg.length].map(|at| rates(leg, at));
         let [Ok(start), Ok(middle), Ok(end)] = places else { return Pace::FREE };
-        let pace = Pace::of(&[start, middle, end], &self.limits);
+        let mut pace = Pace::of(&[start, middle, end], &self.limits);
         let Some(last) = self.path.last() else { return pace };
         let Ok(before) = rates(last, last.length) else { return pace };
         let turn = leg.at(0.0)[1] - last.at(last.length)[1];
-        pace.with_corner(&turn, &(start - before), &self.tolerance, &self.limits)
+        pace.enters = largest_speed(&turn, &(start - before), &self.tolerance, &self.limits);
+        pace
     }
 
     /// Tolerance at the end of a block.
