@@ -73,7 +73,7 @@ struct Costs {
     longest: f64,
 }
 
-/// Runs a program. Blocks come as fast as the planner takes them, ten a cycle.
+/// Runs a program. Two blocks come in a cycle, about as many as from the task of `LinuxCNC`.
 fn run(kinematics: &MachineKinematics, program: &[MotionBlock]) -> Costs {
     let (mut servo, mut core) = planner(kinematics, PlannerOptions::STANDARD, PERIOD).unwrap();
     servo.reset(program[0].start);
@@ -81,7 +81,7 @@ fn run(kinematics: &MachineKinematics, program: &[MotionBlock]) -> Costs {
     let mut costs = Costs { cycles: Vec::new(), planning: 0.0, longest: 0.0 };
     let mut now = 0.0;
     while waiting.peek().is_some() || !servo.is_done() {
-        for _ in 0..10 {
+        for _ in 0..2 {
             if waiting.peek().is_some_and(|block| servo.push(block).is_some()) {
                 waiting.next();
             }

@@ -35,6 +35,9 @@ const FORGET: f64 = 0.95;
 /// takes \[s\]. Until then more of the path may come: few long plans cost less than many short ones.
 const CALM: f64 = 0.1;
 
+/// Share of the largest speed of a plan below which the tool slows down for its end.
+const FAST: f64 = 0.9;
+
 /// Time without a new block after which the blocks at hand are run to their end \[s\].
 const PATIENCE: f64 = 0.02;
 
@@ -75,7 +78,7 @@ struct ExpectedStep {
     end: f64,
     pieces: usize,
     duration: f64,
-    /// The speed only falls from here on.
+    /// The speed does not come near to the largest one of the plan any more.
     slows: bool,
 }
 
@@ -510,8 +513,9 @@ impl PlannerCore {
         let mut expected = VecDeque::with_capacity(steps.len());
         // The ring holds several plans: the servo thread may still be in one before.
         let most = self.shared.pieces.len() / (PLANS_IN_RING * steps.len().max(1));
-        let rises = |step: &StreamStep| step.speed.end > step.speed.start;
-        let falls = steps.iter().rposition(rises).map_or(0, |last| last + 1);
+        let fastest = steps.iter().map(|step| step.speed.start).fold(0.0, f64::max);
+        let is_fast = |step: &StreamStep| step.speed.start >= FAST * fastest;
+        let falls = steps.iter().rposition(is_fast).map_or(0, |last| last + 1);
         for (index, step) in steps.iter().enumerate() {
             let before = pieces.len();
             if let Some(nodes) = run.nodes_of(step) {

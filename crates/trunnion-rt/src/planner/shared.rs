@@ -107,7 +107,7 @@ pub struct PlannerState {
     pub worked: f64,
     /// Number of plans that came too late to be taken.
     pub late: u32,
-    /// Limit that binds a little ahead of the tool, as [`PlanLimit::number`].
+    /// Limit that binds a little ahead of the tool, as [`PlanLimit::number`](super::PlanLimit::number).
     pub limit: u32,
 }
 
