@@ -123,9 +123,9 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "NAME=MM,..", value_delimiter = ',', value_parser = what_if::read)]
     pub(super) what_if: Vec<Assumption>,
     /// Control whose time is predicted: linuxcnc is version 2.9 as it comes, linuxcnc-trunnion has the planner of trunnion,
-    /// which plans the program for it. Both are printed then; neither is judged.
-    #[arg(long, value_name = "NAME", default_value = "linuxcnc")]
-    pub(super) control: PredictedControl,
+    /// which plans the program for it. Both are printed then; neither is judged [default: linuxcnc].
+    #[arg(long, value_name = "NAME")]
+    pub(super) control: Option<PredictedControl>,
     /// Kind of finding that does not fail the check, such as spindle-stopped for a plotter; see below. May be repeated.
     #[arg(long, value_name = "KIND", value_parser = finding_kind)]
     pub(super) accept: Vec<FindingKind>,
@@ -201,8 +201,10 @@ wrong-length, no-tool, slow-cuts, no-coolant, smoothing. Those named with --acce
 Time: a control takes longer than the program states where its planner has to be slower. The table
 has the time on LinuxCNC 2.9, by a model of its planner; --control linuxcnc-trunnion adds that with
 the planner of trunnion (TPMOD = trunniontp), which rounds corners within P of G64 and keeps the
-jerk limits of the machine file. Tool changes and the spindle take no time there, and G61.1 is
-timed as G61.
+jerk limits of the machine file. Tool changes and the spindle take no time there, and motion in step
+with it is timed as if it were not. Arcs count as chords, so under G61 they begin with a stop. A
+block that this planner refuses is a warning with its line: then there is no such time, and the rest
+of the check goes on.
 
 Setpoints (a .csv file) are checked against the machine alone. Columns: t in s, then X,Y,.. in mm
 and degrees, and optionally X_vel,.., X_acc,.., X_jerk,... Every row must keep the period and all

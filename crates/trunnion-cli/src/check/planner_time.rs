@@ -2,9 +2,8 @@
 
 use super::subject::Subject;
 use crate::figure::plain;
-use crate::outcome::Failure;
 use trunnion::inverse::InverseError;
-use trunnion::machine::Machine;
+use trunnion::machine::{FIRST_ROTARY, Machine};
 use trunnion::math;
 use trunnion::nc::read::{AxisWords, Smoothing};
 use trunnion::program_motion::{
@@ -24,8 +23,12 @@ const AXIS_TOLERANCE: f64 = 0.1 * std::f64::consts::PI / 180.0;
 /// Largest deviation of the tip for `G64` without P: that of the pin `trunniontp.path-tolerance` \[mm\].
 const PATH_TOLERANCE: f64 = 0.1;
 
-/// Largest distance of chords from arcs \[mm\]: far within what corners are rounded by.
-const CHORD: f64 = 1e-4;
+/// Largest distance of chords from arcs \[mm\]. Rounded within twice that, chords are the arc again.
+const CHORD: f64 = 5e-4;
+const ARC_TOLERANCE: f64 = 2.0 * CHORD;
+
+/// Cosine of the largest turn between two chords of an arc: at a larger one the block has a corner.
+const CHORD_TURN: f64 = 0.7;
 
 /// Length below which a block does not move \[mm or rad\].
 const SHORTEST: f64 = 1e-7;
@@ -57,13 +60,19 @@ impl PlannerTime {
 #[derive(Debug)]
 enum TimeFault {
     Replay(VerifyError),
-    /// The planner refuses a block of this line.
-    Plan(u32, DurationFault),
+    /// The planner refuses a block; its number is the line of the program.
+    Plan(DurationFault),
 }
 
 impl From<VerifyError> for TimeFault {
     fn from(error: VerifyError) -> Self {
         Self::Replay(error)
+    }
+}
+
+impl From<DurationFault> for TimeFault {
+    fn from(fault: DurationFault) -> Self {
+        Self::Plan(fault)
     }
 }
 
@@ -75,24 +84,68 @@ struct Feeder {
     /// Largest velocities of the letters with feed and at rapid speed, as the control limits them \[mm/s, rad/s\].
     velocity: AxisVector,
     duration: ProgramDuration,
-    blocks: u32,
+    /// Last block: what follows decides whether it is a chord of an arc that goes on.
+    held: Option<MotionBlock>,
 }
 
-/// Plans the program of a subject; `None` for cutter locations, which have no blocks.
-pub(super) fn planner_time(subject: &Subject) -> Result<Option<PlannerTime>, Failure> {
-    let Some(machine) = subject.program_machine() else { return Ok(None) };
-    let words = AxisWords::of(machine).map_err(Failure::input)?;
+/// Plans the program of a subject. The error is a warning: everything else about the program is known without its time.
+pub(super) fn planner_time(subject: &Subject) -> Result<PlannerTime, String> {
+    let Some(machine) = subject.program_machine() else {
+        let reason = "cutter locations have no blocks; post them first (trunnion post)";
+        return Err(warning(&subject.program, None, reason));
+    };
+    let machine_fault = |reason: String| warning(&subject.program, None, &reason);
+    let words = AxisWords::of(machine).map_err(|fault| machine_fault(fault.to_string()))?;
     let letters = words.0.each_ref().map(|word| word.letter);
-    let mut feeder = Feeder::new(machine, letters).map_err(Failure::input)?;
+    let feeder = Feeder::new(machine, letters);
+    let mut feeder = feeder.map_err(|fault| machine_fault(fault.to_string()))?;
     let ran = subject.replay_blocks(CHORD, |block| feeder.take(block));
-    match ran.and_then(|()| feeder.finish()) {
-        Ok(time) => Ok(Some(time)),
-        Err(TimeFault::Replay(error)) => Err(subject.failure(&error)),
-        Err(TimeFault::Plan(line, fault)) => Err(Failure::input(format!(
-            "{}:{line}: the planner of --control linuxcnc-trunnion refuses the program: {fault}\n  help: check it without \
-             --control for the reason, with line and axis",
-            subject.program
-        ))),
+    ran.and_then(|()| feeder.finish()).map_err(|fault| fault.warning(&subject.program))
+}
+
+/// Words the reason why a program has no time.
+fn warning(program: &str, line: Option<u32>, reason: &str) -> String {
+    let line = line.map_or_else(String::new, |line| format!("{line}:"));
+    format!("{program}:{line} no time for --control linuxcnc-trunnion: {reason}")
+}
+
+impl TimeFault {
+    fn warning(&self, program: &str) -> String {
+        match self {
+            Self::Replay(error) => {
+                let line = error.line();
+                warning(program, line, &reason(&error.to_string(), "line", line))
+            }
+            Self::Plan(fault) => {
+                let line = fault.block();
+                let reason = reason(&fault.to_string(), "block", line);
+                warning(program, line, &format!("{reason}; {}", remedy(fault)))
+            }
+        }
+    }
+}
+
+/// Returns a message without the place that it begins with.
+fn reason(message: &str, place: &str, number: Option<u32>) -> String {
+    let place = number.map_or_else(String::new, |number| format!("{place} {number}: "));
+    message.strip_prefix(&place).unwrap_or(message).to_owned()
+}
+
+/// Returns what helps against a refusal.
+fn remedy(fault: &DurationFault) -> &'static str {
+    match fault {
+        DurationFault::Refused { refusal: InverseError::OutOfTravel(of), .. }
+            if of.index >= FIRST_ROTARY =>
+        {
+            "the control stops before this block: turn the rotary another way, or the workpiece (--rotation)"
+        }
+        DurationFault::Refused { refusal: InverseError::OutOfTravel(_), .. } => {
+            "the control stops before this block: place the workpiece so that all of it is inside travel (--origin)"
+        }
+        DurationFault::NoAxis { .. } => {
+            "the control stops before this block: leave the letter out, or take a machine file with this axis"
+        }
+        _ => "the control stops before this block: divide it, or turn the tool another way",
     }
 }
 
@@ -104,26 +157,41 @@ impl Feeder {
             gauge: [gauge.x, gauge.y, gauge.z],
             velocity: machine.vector(|axis| axis.vel),
             duration: ProgramDuration::new(machine, names, AXIS_TOLERANCE)?,
-            blocks: 0,
+            held: None,
         })
     }
 
     fn take(&mut self, block: &ReplayedBlock) -> Result<(), TimeFault> {
-        let refused = |fault| TimeFault::Plan(block.line, fault);
         match self.motion(block) {
-            Some(motion) => self.duration.push(&motion).map_err(refused),
-            None if block.course == ReplayedCourse::Rest => self.duration.rest().map_err(refused),
-            None => Ok(()),
+            Some(motion) => {
+                if let Some(mut before) = self.held.replace(motion) {
+                    if is_chord(&before, &motion) {
+                        (before.ending, before.tolerance) = (BlockEnding::Blend, ARC_TOLERANCE);
+                    }
+                    self.duration.push(&before)?;
+                }
+            }
+            None if block.course == ReplayedCourse::Rest => self.rest()?,
+            None => {}
         }
+        Ok(())
+    }
+
+    /// Comes to rest behind the last block.
+    fn rest(&mut self) -> Result<(), TimeFault> {
+        if let Some(last) = self.held.take() {
+            self.duration.push(&last)?;
+        }
+        Ok(self.duration.rest()?)
     }
 
     fn finish(&mut self) -> Result<PlannerTime, TimeFault> {
-        self.duration.rest().map_err(|fault| TimeFault::Plan(0, fault))?;
+        self.rest()?;
         Ok(PlannerTime { seconds: self.duration.seconds(), stops: self.duration.stops() })
     }
 
     /// Returns a block as `LinuxCNC` hands it to its planner; `None` for one that does not move.
-    fn motion(&mut self, block: &ReplayedBlock) -> Option<MotionBlock> {
+    fn motion(&self, block: &ReplayedBlock) -> Option<MotionBlock> {
         let (coordinates, tool_length) = match block.course {
             ReplayedCourse::Axes => (BlockCoordinates::Axes, 0.0),
             ReplayedCourse::Tip { tool_length } => (BlockCoordinates::Tip, tool_length),
@@ -142,10 +210,9 @@ impl Feeder {
             ReplayedSpeed::Feed => (BlockKind::Feed, block.seconds.max(least)),
         };
         let (ending, tolerance) = corner(block.smoothing);
-        self.blocks = self.blocks.wrapping_add(1);
         let [start, end] = block.ends.map(|words| self.position(&words, coordinates, tool_length));
         Some(MotionBlock {
-            number: self.blocks,
+            number: block.line,
             start,
             end,
             shape: BlockShape::Line,
@@ -183,10 +250,23 @@ impl Feeder {
     }
 }
 
+/// True if a block is a chord of an arc that goes on, where only the end of the arc is exact.
+fn is_chord(block: &MotionBlock, next: &MotionBlock) -> bool {
+    let step = |of: &MotionBlock| [0, 1, 2].map(|letter: usize| of.end[letter] - of.start[letter]);
+    let [one, other] = [block, next].map(step);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    block.number == next.number
+        && block.kind == next.kind
+        && block.kind != BlockKind::Rapid
+        && block.ending != BlockEnding::Blend
+        && dot(one, other) > CHORD_TURN * (dot(one, one) * dot(other, other)).sqrt()
+}
+
 /// Returns how a block ends, and the tolerance of its corner \[mm\].
 fn corner(smoothing: Option<Smoothing>) -> (BlockEnding, f64) {
     match smoothing {
         Some(Smoothing::Exact) => (BlockEnding::Exact, PATH_TOLERANCE),
+        Some(Smoothing::Stop) => (BlockEnding::Stop, PATH_TOLERANCE),
         Some(Smoothing::Within(corners) | Smoothing::Blended { corners, .. }) if corners > 0.0 => {
             (BlockEnding::Blend, corners)
         }

@@ -50,8 +50,8 @@ pub(super) fn checked(args: &CheckArgs, progress: &dyn Progress) -> Result<PartC
     let found = subject.check(progress)?;
     let assumed = subject.assumed(progress)?;
     let mut summary = PartCheckSummary::new(&subject, &found, assumed);
-    if args.control == PredictedControl::LinuxcncTrunnion {
-        summary.set_planner_time(planner_time(&subject)?);
+    if args.control == Some(PredictedControl::LinuxcncTrunnion) {
+        summary.set_planner_time(planner_time(&subject));
     }
     let places = match &args.output {
         Some(folder) => write(&subject, &found, &mut summary, folder)?,

@@ -110,6 +110,7 @@ fn only_axes(args: &CheckArgs) -> Result<(), Failure> {
         ("--clearance", args.clearance.is_some()),
         ("--what-if", !args.what_if.is_empty()),
         ("--accept", !args.accept.is_empty()),
+        ("--control", args.control.is_some()),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::input(format!(

@@ -31,7 +31,7 @@ impl SmoothingSummary {
             return Self { kind: SmoothingKind::NotStated, distance: None, line: None };
         };
         let kind = match active.smoothing {
-            Smoothing::Exact => SmoothingKind::Exact,
+            Smoothing::Exact | Smoothing::Stop => SmoothingKind::Exact,
             Smoothing::Within(_) | Smoothing::Blended { .. } => SmoothingKind::Within,
             Smoothing::Unbounded => SmoothingKind::Unbounded,
             Smoothing::OfMachine => SmoothingKind::OfMachine,

@@ -50,7 +50,7 @@ pub(super) struct PartCheckSummary {
     held: Option<f64>,
     /// Time on a control that does not look ahead over rotary moves; null without a machine.
     pub(super) control_model: Option<ControlModelSummary>,
-    /// Time on `LinuxCNC` with the planner of trunnion; left out if it was not asked for.
+    /// Time on `LinuxCNC` with the planner of trunnion; left out if it was not asked for, or is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) planner_time: Option<PlannerTime>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
@@ -274,12 +274,17 @@ impl PartCheckSummary {
         }
     }
 
-    /// Sets the time on `LinuxCNC` with the planner of trunnion.
-    pub(super) fn set_planner_time(&mut self, time: Option<PlannerTime>) {
-        if let Some(times) = &mut self.times {
-            times.linuxcnc_trunnion = time.map(|time| time.seconds);
+    /// Sets the time on `LinuxCNC` with the planner of trunnion, or warns of the reason why there is none.
+    pub(super) fn set_planner_time(&mut self, time: Result<PlannerTime, String>) {
+        match time {
+            Ok(time) => {
+                if let Some(times) = &mut self.times {
+                    times.linuxcnc_trunnion = Some(time.seconds);
+                }
+                self.planner_time = Some(time);
+            }
+            Err(warning) => self.warnings.push(warning),
         }
-        self.planner_time = time;
     }
 
     /// Returns the verdict of a program that passed; it mentions only what was measured and audited.

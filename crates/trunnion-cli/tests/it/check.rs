@@ -470,3 +470,75 @@ fn the_time_with_the_planner_of_trunnion_is_predicted_on_request() {
     // The rapid move counts without ramps in the time of the program; three ramps and a slow corner add to it.
     assert!(predicted > planned + 0.1 && predicted < planned + 1.5, "{predicted} {planned}");
 }
+
+/// A block that the planner refuses is a warning with its line; verdict and exit code are those of everything else.
+#[test]
+fn a_program_without_a_predicted_time_is_checked_all_the_same() {
+    let folder = folder();
+    let folder = folder.path();
+    let program = "G21 G90 G94 G40 G49 G17 G54\nG64 P0.01 Q0\nM3 S1000\nG53 G0 Z0\nG0 X-300 Y-200\nG1 X-200 F3000\n\
+                   G1 X900\nG1 X-200\nM2\n";
+    fs::write(folder.join("far.ngc"), program).unwrap();
+    let check = |more: &[&str]| {
+        let all = ["check", "far.ngc", "--machine", "machine.toml", "--tool-length", "100"];
+        // The program has no G43.
+        let all = [&all, &["--accept", "no-length"][..], more].concat();
+        let (code, table, errors) = outcome(&trunnion(folder, &all));
+        assert!(errors.is_empty(), "{errors}");
+        let said = |line: &&str| line.contains("no time for --control linuxcnc-trunnion");
+        (code, table.lines().find(said).map(str::to_owned), table)
+    };
+    let control = ["--control", "linuxcnc-trunnion"];
+    let (code, warning, table) = check(&control);
+    let warning = warning.unwrap();
+    assert_eq!(code, Some(1), "{table}");
+    assert!(warning.starts_with("warning: far.ngc:7: no time for"), "{warning}");
+    let far = "X = 900.0000 mm is outside its travel [-762.0000, 0.0000] by 900.0000 mm";
+    assert!(warning.contains(far) && warning.contains("--origin"), "{warning}");
+    assert!(table.contains("broken: "), "{table}");
+    assert!(!table.contains("stops, within every limit"), "{table}");
+    let (code, warning, table) = check(&[&control[..], &["--accept", "travel"]].concat());
+    assert!(code == Some(0) && warning.is_some(), "{table}");
+    let (code, warning, _) = check(&[]);
+    assert!(code == Some(1) && warning.is_none());
+
+    fs::write(folder.join("moves.cls"), MOVES).unwrap();
+    let mut all = vec!["check", "moves.cls", "--fixture", "box:50,50,50,60,60,60"];
+    all.extend(["--cutter", "R=5,r=3,L=60", "--control", "linuxcnc-trunnion"]);
+    let (code, table, errors) = outcome(&trunnion(folder, &all));
+    assert_eq!(code, Some(0), "{table}{errors}");
+    let said = "warning: moves.cls: no time for --control linuxcnc-trunnion: cutter locations";
+    assert!(table.contains(said), "{table}");
+    assert!(!outcome(&trunnion(folder, &all[..6])).1.contains("no time for"));
+
+    fs::write(folder.join("motion.csv"), "t,X,Y,Z,B,C\n").unwrap();
+    let mut all = vec!["check", "motion.csv", "--machine", "machine.toml", "--control"];
+    for control in ["linuxcnc", "linuxcnc-trunnion"] {
+        all.truncate(5);
+        all.push(control);
+        let (code, _, errors) = outcome(&trunnion(folder, &all));
+        assert_eq!(code, Some(2), "{errors}");
+        assert!(errors.contains("--control does not apply"), "{errors}");
+    }
+}
+
+/// Two blocks in one direction and an arc behind a rapid move: `G61` goes on between the two, `G61.1` stops at every end, and
+/// within the arc neither does.
+#[test]
+fn exact_stops_are_timed_as_the_planner_of_trunnion_makes_them() {
+    let folder = folder();
+    let times = |code: &str| {
+        let program = format!(
+            "G21 G90 G94 G40 G49 G17 G54\n{code}\nM3 S1000\nG53 G0 Z0\nG0 X-300 Y-200\nG1 X-250 F3000\nG1 X-200\nG3 X-180 Y-180 J20\nM2\n"
+        );
+        fs::write(folder.path().join("line.ngc"), program).unwrap();
+        let mut all = vec!["check", "line.ngc", "--machine", "machine.toml", "--tool-length"];
+        all.extend(["100", "--control", "linuxcnc-trunnion", "--json"]);
+        let summary = json(&trunnion(folder.path(), &all));
+        let time = &summary["planner_time"];
+        (time["seconds"].as_f64().unwrap(), time["stops"].as_u64().unwrap())
+    };
+    let [(flowing, first), (stopping, second)] = ["G61", "G61.1"].map(times);
+    // Ramps from 50 mm/s to rest and back.
+    assert!(first == 3 && second == 4 && stopping > flowing + 0.05, "{flowing} {stopping}");
+}

@@ -29,7 +29,7 @@ pub enum DurationFault {
         letter: char,
     },
     /// The path cannot be planned at a block.
-    #[error("block {block}: the motion cannot be planned")]
+    #[error("block {block}: the motion cannot be planned within the limits of the machine")]
     Plan {
         /// Number of the block.
         block: u32,
@@ -40,6 +40,18 @@ pub enum DurationFault {
     /// The kinematics cannot be inverted with the tool of a block.
     #[error(transparent)]
     Kinematics(#[from] InverseError),
+}
+
+impl DurationFault {
+    /// Returns the number of the block; `None` if the fault is that of the machine.
+    pub fn block(&self) -> Option<u32> {
+        match self {
+            Self::Refused { block, .. } | Self::NoAxis { block, .. } | Self::Plan { block } => {
+                Some(*block)
+            }
+            Self::Limits(_) | Self::Kinematics(_) => None,
+        }
+    }
 }
 
 /// Duration of a program whose blocks arrive one by one.

@@ -8,7 +8,8 @@ use super::pace::Pace;
 use super::plan_limit::{self, PlanLimit};
 use super::rounded_path::{PathNode, RoundedPath};
 use crate::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
-use crate::machine::Machine;
+use crate::inverse::PoseRefusal;
+use crate::machine::{Machine, TravelExcess};
 use crate::math::quintic::Quintic;
 use crate::types::{AXES, AxisNode, Motion};
 use std::collections::VecDeque;
@@ -286,17 +287,24 @@ fn stream(limits: &Limits<AXES>) -> Result<JerkStream, FeedError> {
     Ok(stream)
 }
 
-/// Checks that the joints reach every place of a block.
+/// Checks that the joints reach every place of a block; of places outside travel the farthest counts.
 fn check(joints: &WordJoints, block: &MotionBlock, leg: Option<&Leg>) -> Result<(), WordsFault> {
     joints.has_axes(&block.start.into(), &block.end.into())?;
     let Some(leg) = leg else { return Ok(()) };
     let count = (1..MOST_CHECKS).find(|&n| leg.length <= CHECK_STEP * f64::from(n));
     let count = count.unwrap_or(MOST_CHECKS);
+    let mut farthest: Option<TravelExcess> = None;
     for k in 1..=count {
         let [at, ..] = leg.at(leg.length * f64::from(k) / f64::from(count));
-        joints.at(&at)?;
+        match joints.at(&at) {
+            Err(WordsFault::Refused(PoseRefusal::OutOfTravel(here))) => {
+                let is_farther = farthest.is_none_or(|other| here.excess > other.excess);
+                farthest = if is_farther { Some(here) } else { farthest };
+            }
+            other => drop(other?),
+        }
     }
-    Ok(())
+    farthest.map_or(Ok(()), |excess| Err(WordsFault::Refused(PoseRefusal::OutOfTravel(excess))))
 }
 
 /// The place `s` between two nodes.

@@ -174,8 +174,10 @@ pub enum Turning {
 /// Distance that a control may keep from the programmed path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Smoothing {
-    /// None: it stops exactly at the ends of blocks (`G61`, `G60`).
+    /// None: it passes exactly through the ends of blocks, and stops where the direction changes (`G61`, `G60`).
     Exact,
+    /// None: it stops at the end of every block (`G61.1`).
+    Stop,
     /// As far as stated \[mm\]: `CYCLE832`, `CYCL DEF 32`, `G187 E`.
     Within(f64),
     /// `G64` of `LinuxCNC`: lines are joined before corners are rounded, and both distances add up.
@@ -195,7 +197,7 @@ impl Smoothing {
     /// Returns the largest distance from the programmed path \[mm\]; `None` where the program states no bound.
     pub fn bound(self) -> Option<f64> {
         match self {
-            Self::Exact => Some(0.0),
+            Self::Exact | Self::Stop => Some(0.0),
             Self::Within(distance) => Some(distance),
             Self::Blended { corners, lines } => Some(corners + lines),
             Self::Unbounded | Self::OfMachine => None,

@@ -30,13 +30,13 @@ fn entries(dialect: Dialect, text: &str) -> Vec<LengthEntry> {
 
 #[test]
 fn linuxcnc_states_its_blending() {
-    use Smoothing::{Blended, Exact, Unbounded};
+    use Smoothing::{Blended, Exact, Stop, Unbounded};
     let text = "G21 G90 G94 G54\nG61\nG64\nG64 P0.02 Q0\nG61.1\nG20\nG64 P[0.001] Q0.0005\nG64 P0.001\nM2\n";
     let found = smoothing(Dialect::LinuxCnc, text);
     assert_eq!(found.len(), 6);
     assert_eq!(
         found[..4],
-        [(2, Exact), (3, Unbounded), (4, Blended { corners: 0.02, lines: 0.0 }), (5, Exact)]
+        [(2, Exact), (3, Unbounded), (4, Blended { corners: 0.02, lines: 0.0 }), (5, Stop)]
     );
     // In the units of the program; Q is P unless stated.
     for (at, expected) in [(4, [0.0254, 0.0127]), (5, [0.0254, 0.0254])] {

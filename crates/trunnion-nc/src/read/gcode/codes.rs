@@ -279,7 +279,8 @@ impl GcodeReader {
     /// Returns the distance from the path that `G61`, `G61.1` or `G64` allows.
     fn smoothing(&self, state: &ReaderState, block: &GcodeBlock, code: CodeWord) -> Smoothing {
         match code.tenths {
-            610 | 611 => Smoothing::Exact,
+            610 => Smoothing::Exact,
+            611 => Smoothing::Stop,
             // LinuxCNC: lines within Q of one line are joined to it, and corners rounded within P of what is left; Q is P
             // unless stated. Without P only speed counts. Elsewhere G64 is the usual cutting mode.
             _ if self.dialect == Dialect::LinuxCnc => {

@@ -181,7 +181,7 @@ impl<'a> LinuxCncModel<'a> {
             Some(Smoothing::Within(corners) | Smoothing::Blended { corners, .. }) => {
                 BlendTolerance::Within(corners)
             }
-            Some(Smoothing::Exact) => BlendTolerance::Stop,
+            Some(Smoothing::Exact | Smoothing::Stop) => BlendTolerance::Stop,
             Some(Smoothing::Unbounded | Smoothing::OfMachine) | None => BlendTolerance::Unbounded,
         };
     }
