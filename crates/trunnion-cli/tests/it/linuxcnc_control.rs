@@ -5,6 +5,7 @@
 
 use crate::binary::trunnion;
 use crate::linuxcnc_run::{Control, Plan, Run, wait_for_the_task};
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -111,27 +112,35 @@ M2
     }
 }
 
-/// Outputs that belong to a block change in the cycle in which the tool passes its beginning, without a stop.
+/// Blocks of 0.4 mm from X 20 on: every third one switches an output, every fourth one sets the analogue output to its
+/// number.
+fn short_blocks() -> String {
+    let mut text = String::new();
+    for block in 0..BLOCKS {
+        if block % 3 == 0 {
+            writeln!(text, "M{} P0", if block % 2 == 0 { 62 } else { 63 }).unwrap();
+        }
+        if block % 4 == 0 {
+            writeln!(text, "M67 E0 Q{}", block + 1).unwrap();
+        }
+        writeln!(text, "G1 X{:.1}", 20.0 + 0.4 * f64::from(block + 1)).unwrap();
+    }
+    text
+}
+
+/// Number of short blocks.
+const BLOCKS: u32 = 90;
+
+/// Outputs that belong to a block change in the cycle in which the tool passes its beginning, without a stop, though
+/// blocks are short beside the steps of the plan, and are merged where nothing is between them.
 #[test]
 fn outputs_change_at_the_beginning_of_their_block() {
     let Some(control) = Control::ready() else { return };
-    let text = "G21 G90 G94 G49 G64 P0.01
-G0 X0 Y0 Z0
-F3000
-G1 X20
-M62 P0
-G1 X40
-M63 P0
-M62 P1
-G1 X60
-M67 E0 Q2.5
-G1 X80
-M65 P1
-M68 E0 Q-1
-G1 X100
-M2
-";
-    let (run, _) = run(&control, "trunnion", text, "");
+    let text = format!(
+        "G21 G90 G94 G49 G64 P0.01\nG0 X0 Y0 Z0\nF3000\nG1 X20\n{}M62 P1\nG1 X80\nM65 P1\nM68 E0 Q-1\nG1 X100\nM2\n",
+        short_blocks()
+    );
+    let (run, _) = run(&control, "trunnion", &text, "");
     assert!(run.errors.is_empty() && run.ended, "{:?}\n{}", run.errors, run.log);
     let cycles = cycles(&run);
     let changes = |of: usize| -> Vec<[f64; 2]> {
@@ -140,21 +149,32 @@ M2
     };
     let [first, second, analog] = [DIGITAL[0], DIGITAL[1], ANALOG].map(changes);
     eprintln!("{first:?} {second:?} {analog:?}");
-    let meets = |found: &[f64; 2], x: f64, value: f64| {
+    let meets = |found: &[f64; 2], wanted: [f64; 2]| {
         // 50 mm/s are 0.05 mm a cycle, and the sample of the words is a cycle late.
-        (found[0] - x).abs() < 0.12 && (found[1] - value).abs() < 1e-6
+        (found[0] - wanted[0]).abs() < 0.12 && (found[1] - wanted[1]).abs() < 1e-6
     };
-    assert!(first.len() == 2 && meets(&first[0], 20.0, 1.0) && meets(&first[1], 40.0, 0.0));
+    let place = |block: u32| 20.0 + 0.4 * f64::from(block);
+    let switches = (0..BLOCKS).step_by(3);
+    let wanted: Vec<[f64; 2]> =
+        switches.map(|block| [place(block), f64::from((block + 1) % 2)]).collect();
+    assert_eq!(first.len(), wanted.len());
+    assert!(first.iter().zip(&wanted).all(|(found, wanted)| meets(found, *wanted)), "{wanted:?}");
+    let sets = (0..BLOCKS).step_by(4);
+    let mut wanted: Vec<[f64; 2]> =
+        sets.map(|block| [place(block), f64::from(block + 1)]).collect();
     // M65 and M68 take effect when they are read: the tool stands at 80 mm then.
-    assert!(second.len() == 2 && meets(&second[0], 40.0, 1.0) && meets(&second[1], 80.0, 0.0));
-    assert!(analog.len() == 2 && meets(&analog[0], 60.0, 2.5) && meets(&analog[1], 80.0, -1.0));
-    let stands = |x: f64| {
-        let near = |two: &&[Vec<f64>]| (two[1][X] - x).abs() < 0.2;
+    wanted.push([80.0, -1.0]);
+    assert_eq!(analog.len(), wanted.len());
+    assert!(analog.iter().zip(&wanted).all(|(found, wanted)| meets(found, *wanted)), "{wanted:?}");
+    let [on, off] = [[place(BLOCKS), 1.0], [80.0, 0.0]];
+    assert!(second.len() == 2 && meets(&second[0], on) && meets(&second[1], off));
+    let stands = |from: f64, to: f64| {
+        let near = |two: &&[Vec<f64>]| (from..to).contains(&two[1][X]);
         let still = |two: &[Vec<f64>]| (two[1][X] - two[0][X]).abs() < 1e-7;
         cycles.windows(2).filter(near).filter(|two| still(two)).count()
     };
-    assert!([20.0, 40.0, 60.0].iter().all(|x| stands(*x) == 0));
-    assert!(stands(80.0) > 0);
+    assert_eq!(stands(10.0, 79.8), 0);
+    assert!(stands(79.8, 80.2) > 0);
 }
 
 /// Full circles, a helix, arcs that are tangential to lines, a spiral, moves of a millionth of a millimetre and of nothing.
@@ -216,6 +236,29 @@ M2
     assert!((end[X] + 40.0).abs() < 1e-5 && (end[X + 1] - 5.0).abs() < 1e-5, "{end:?}");
 }
 
+/// A program that begins outside the travel, with plain axes and with the tip: the operator reads line, axis and remedy, and
+/// no joint moves.
+#[test]
+fn a_program_that_starts_outside_the_travel_is_refused_before_it_moves() {
+    let Some(control) = Control::ready() else { return };
+    for (kind, text, line) in [
+        ("plain axes", "G21 G90 G94 G49 G64 P0.01\n(a remark)\nG0 X700\nG0 X0\nM2\n", 3),
+        ("tip", "G21 G90 G94 G49 G64 P0.01\nM428\nG0 X0 Y0 Z0 C90\nG1 X20 Y700 F3000\nM2\n", 4),
+    ] {
+        let (run, _) = run(&control, "trunnion", text, "");
+        let said = run.errors.join("\n");
+        eprintln!("{kind}: {said}");
+        assert!(!run.ended && said.contains(&format!("line {line}")), "{said}");
+        assert!(
+            said.contains("(X) by 200.0000 mm: an axis would leave its travel; move the workpiece"),
+            "{said}"
+        );
+        let outside = cycles(&run).into_iter().flat_map(|cycle| cycle[..3].to_vec());
+        // Joints are sampled a million times as large.
+        assert!(outside.fold(0.0, |most: f64, joint| most.max(joint.abs())) < 1e-3 * 1e6, "{kind}");
+    }
+}
+
 /// A module that cannot read its machine file, or whose file has other joints than the INI file, says so at the start.
 #[test]
 fn files_that_do_not_fit_are_named_at_the_start() {
@@ -228,6 +271,16 @@ fn files_that_do_not_fit_are_named_at_the_start() {
             "missing.toml",
         ),
         ("ac-trunnion.toml coordinates=XYZAC", "ac-trunnion.toml coordinates=XYZBC", "no axis B"),
+        // Joints that are narrower than the axes, which are planned with.
+        ("LINEAR_UNITS = mm", "LINEAR_UNITS = inch", "[TRAJ]LINEAR_UNITS = inch: "),
+        ("TYPE = ANGULAR", "TYPE = LINEAR", "[JOINT_3]TYPE = LINEAR: axis A "),
+        (
+            "[JOINT_0]\nTYPE = LINEAR\nMIN_LIMIT = -500\n",
+            "[JOINT_0]\nTYPE = LINEAR\nMIN_LIMIT = -400\n",
+            "[JOINT_0]MIN_LIMIT = -400: axis X of the machine file goes on to -500 mm; write",
+        ),
+        ("MAX_VELOCITY = 100\n", "MAX_VELOCITY = 90\n", "[JOINT_3]MAX_VELOCITY = 90: axis A "),
+        ("= 5000\nFERROR", "= 4000\nFERROR", "[JOINT_0]MAX_ACCELERATION = 4000: axis X "),
     ] {
         let temporary = tempfile::tempdir().unwrap();
         configuration(temporary.path(), "trunnion");
@@ -238,7 +291,8 @@ fn files_that_do_not_fit_are_named_at_the_start() {
         assert!(text.contains(from), "{text}");
         fs::write(&ini, text.replace(from, to)).unwrap();
         let (code, log) = control.start(&work, "ac-trunnion.ini", 120);
-        let module = if from.starts_with("trunniontp") { "trunniontp" } else { "trunnionkins" };
+        let of_kinematics = to.contains("trunnionkins") || to.contains("coordinates");
+        let module = if of_kinematics { "trunnionkins" } else { "trunniontp" };
         let says = |line: &&str| line.starts_with(&format!("{module}: ")) && line.contains(says);
         let line = log.lines().find(says);
         eprintln!("{to}: {code:?}, {line:?}");
