@@ -230,6 +230,15 @@ void trunnion_close(struct Trunnion *machine);
 // `machine` is open; `axis` points to a writable `TrunnionAxis`.
 struct TrunnionStatus trunnion_axis(const struct Trunnion *machine, size_t index, struct TrunnionAxis *axis);
 
+// Compares the joints of an INI file of `LinuxCNC` with the axes of a machine. Returns the number of differences because of
+// which the machine cannot run by both files, -1 for a file that cannot be read; `message`, which holds `size` bytes, has a
+// line for each, with the remedy.
+//
+// # Safety
+//
+// `machine` is open; `path` is a string that ends with a zero byte; `message` is null or points to `size` writable bytes.
+int32_t trunnion_ini(const struct Trunnion *machine, const char *path, char *message, size_t size);
+
 // Switches to plain axes (0) or tool-centre-point control (1), with the length of the tool in the spindle.
 //
 // # Safety

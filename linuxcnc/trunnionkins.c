@@ -75,24 +75,19 @@ static double unit(int axis)
     return axes[axis].rotary ? DEGREES : 1.0;
 }
 
-/* A joint is outside its travel by more than rounding, and X, Y, Z are the tool tip. Plain axes are left to LinuxCNC, which
- * judges the end of every block: between its ends no joint goes farther. With the tip a joint can leave its travel inside a
- * block, and LinuxCNC would say so and go on. */
+/* A joint is outside its travel by more than rounding. */
 static int outside(TrunnionStatus status)
 {
-    if (status.code != TRUNNION_REFUSAL_OUT_OF_TRAVEL || *pins->kinstype_is[TRUNNION_MODE_AXES])
-        return 0;
-    return status.excess * unit(status.axis) > ROUNDING;
+    return status.code == TRUNNION_REFUSAL_OUT_OF_TRAVEL && status.excess * unit(status.axis) > ROUNDING;
 }
 
-/* Keeps the reason of a refusal on the pins, and writes it to the log when it is new. */
-static void report(TrunnionStatus status)
+/* Keeps a reason on the pins, and writes it to the log when it is new. */
+static void say(TrunnionStatus status)
 {
     int known = status.axis >= 0 && status.axis < TRUNNION_AXES;
     *pins->refusal = status.code;
     *pins->refusal_joint = known ? joint_of_axis[status.axis] : -1;
     *pins->refusal_excess = known ? status.excess * unit(status.axis) : status.excess * DEGREES;
-    *pins->refusals += 1;
     if (standing_refusal == status.code)
         return;
     standing_refusal = status.code;
@@ -104,6 +99,13 @@ static void report(TrunnionStatus status)
                         axes[status.axis].rotary ? "deg" : "mm", text);
     else
         rtapi_print_msg(RTAPI_MSG_ERR, "trunnionkins: %s\n", text);
+}
+
+/* Counts a refusal, and says why. */
+static void report(TrunnionStatus status)
+{
+    *pins->refusals += 1;
+    say(status);
 }
 
 int kinematicsForward(const double *joint, EmcPose *pose, const KINEMATICS_FORWARD_FLAGS *forward,
@@ -140,11 +142,17 @@ int kinematicsInverse(const EmcPose *pose, double *joint, const KINEMATICS_INVER
         words[axis] = *letter(&given, axes[axis].letter) / unit(axis);
     TrunnionStatus status = trunnion_inverse(kinematics, words, joints);
     int reached = status.code == TRUNNION_REFUSAL_NONE || status.code == TRUNNION_REFUSAL_OUT_OF_TRAVEL;
-    if (!reached || outside(status)) {
+    /* Plain axes are left to LinuxCNC, which judges the end of every block: between its ends no joint goes farther. It names
+     * line and joint, and no remedy. With the tip a joint can leave its travel inside a block, and LinuxCNC would say so and
+     * go on. */
+    if (!reached || (outside(status) && !*pins->kinstype_is[TRUNNION_MODE_AXES])) {
         report(status);
         return -1;
     }
-    standing_refusal = 0;
+    if (outside(status))
+        say(status);
+    else
+        standing_refusal = 0;
     for (int j = 0; j < EMCMOT_MAX_JOINTS; j++) {
         int axis = axis_of_joint[j];
         if (axis >= 0)

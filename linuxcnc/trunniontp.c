@@ -12,6 +12,7 @@
  * The planning is in the library behind trunnion_rt.h, in a thread of its own. This file keeps LinuxCNC's list of blocks
  * with their ids, tags and outputs, translates degrees to radians, and plays the plan. All of it runs in the servo thread.
  */
+#include <stdlib.h>
 #include "rtapi.h"
 #include "rtapi_app.h"
 #include "rtapi_math.h"
@@ -763,10 +764,26 @@ static int make_pins(void)
     return 0;
 }
 
+/* The planner keeps the limits of the machine file: where those of a joint in the INI file are narrower LinuxCNC would stop
+ * the machine inside a block. The script that starts LinuxCNC names its INI file in the environment. */
+static int fits_the_ini_file(void)
+{
+    static char message[4000];
+    const char *ini = getenv("INI_FILE_NAME");
+    if (!ini)
+        return 1;
+    int differences = trunnion_ini(kinematics, ini, message, sizeof message);
+    for (char *line = strtok(message, "\n"); line; line = strtok(NULL, "\n"))
+        rtapi_print_msg(RTAPI_MSG_ERR, "trunniontp: %s does not fit the machine file: %s\n", ini, line);
+    return differences == 0;
+}
+
 static int load(void)
 {
     static char message[4000];
     kinematics = trunnion_open(machine, message, sizeof message);
+    if (kinematics && !fits_the_ini_file())
+        return -1;
     if (kinematics)
         planner = trunnion_planner_start(kinematics, BLOCKS, 0.001, message, sizeof message);
     if (!planner) {

@@ -2,13 +2,14 @@
 //!
 //! Angles are in rad, lengths in mm. Joints and words are arrays of [`TRUNNION_AXES`] numbers in the order X, Y, Z,
 //! then the rotary axes in chain order; a pose is six numbers, the tip and the unit vector from tip to spindle.
-//! Only [`trunnion_open`], [`trunnion_read`] and [`trunnion_close`] may allocate or read files: the rest may be
+//! Only [`trunnion_open`], [`trunnion_read`], [`trunnion_ini`] and [`trunnion_close`] may allocate or read files: the rest may be
 //! called in a servo cycle. One [`Trunnion`] belongs to one thread at a time.
 
 #![expect(unsafe_code, reason = "pointers from C; every block states what the caller promises")]
 
 mod planner;
 
+use crate::ini::ini_differences;
 use crate::kinematics::MachineKinematics;
 use crate::load::{LoadError, machine_from_text, machine_named};
 use crate::refusal::{Refusal, RefusalCode};
@@ -137,6 +138,48 @@ pub unsafe extern "C" fn trunnion_axis(
     let described = TrunnionAxis { letter: letter.cast_signed(), rotary, low, high };
     // SAFETY: the caller promises a writable axis.
     unsafe { put(axis, described) }
+}
+
+/// Compares the joints of an INI file of `LinuxCNC` with the axes of a machine. Returns the number of differences because of
+/// which the machine cannot run by both files, -1 for a file that cannot be read; `message`, which holds `size` bytes, has a
+/// line for each, with the remedy.
+///
+/// # Safety
+///
+/// `machine` is open; `path` is a string that ends with a zero byte; `message` is null or points to `size` writable bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trunnion_ini(
+    machine: *const Trunnion,
+    path: *const c_char,
+    message: *mut c_char,
+    size: usize,
+) -> i32 {
+    let compared = catch_unwind(AssertUnwindSafe(|| {
+        // SAFETY: the caller promises that the machine is open.
+        let machine = unsafe { kinematics(machine) }.map_err(|refusal| refusal.to_string())?;
+        if path.is_null() {
+            return Err("no INI file was named".to_owned());
+        }
+        // SAFETY: the caller promises that the string ends.
+        compared(machine, unsafe { CStr::from_ptr(path) })
+    }));
+    let (count, text) = match compared {
+        Ok(Ok(lines)) => (i32::try_from(lines.len()).unwrap_or(i32::MAX), lines.join("\n")),
+        Ok(Err(reason)) => (-1, reason),
+        Err(_) => (-1, RefusalCode::Internal.text().to_owned()),
+    };
+    // SAFETY: the caller promises `size` bytes.
+    unsafe { write_text(&text, message, size) };
+    count
+}
+
+/// Returns the differences of an INI file from a machine as texts.
+fn compared(machine: &MachineKinematics, path: &CStr) -> Result<Vec<String>, String> {
+    let path = path.to_str().map_err(|error| format!("the INI file: {error}"))?;
+    let reading = |error| format!("reading the INI file {path}: {error}");
+    let text = std::fs::read_to_string(path).map_err(reading)?;
+    let found = ini_differences(machine.machine(), &text).map_err(|error| error.to_string())?;
+    Ok(found.iter().map(ToString::to_string).collect())
 }
 
 /// Switches to plain axes (0) or tool-centre-point control (1), with the length of the tool in the spindle.

@@ -35,6 +35,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod ini;
 pub mod interface;
 mod kinematics;
 mod load;
@@ -42,6 +43,7 @@ pub mod planner;
 mod refusal;
 mod switched;
 
+pub use ini::{IniDifference, ini_differences};
 pub use kinematics::{MachineKinematics, ReachedJoints};
 pub use load::{LoadError, machine_from_text, machine_named};
 pub use refusal::{Refusal, RefusalCode};

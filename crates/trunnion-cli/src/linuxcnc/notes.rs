@@ -8,7 +8,9 @@ const STOCK: &str = "  LinuxCNC's own planner looks one block ahead while a rota
   tool-centre-point control X, Y and Z are the tip there, so the joints can exceed their limits: program feeds that
   they can follow, as `trunnion run` and `trunnion post` write them.";
 const TRUNNION: &str = "  trunniontp keeps velocity, acceleration and jerk of every joint as the machine file states them; a joint's limits
-  in the INI file are for jogging and homing. Keep both equal.
+  in the INI file are for jogging and homing. Keep both equal: it does not load where those of the INI file are
+  narrower.
+  It looks far ahead: write jobs for it with link_blocks = \"short\" in [output].
   It rounds corners within P of G64 at the tip; without P within trunniontp.path-tolerance. It does not plan motion
   in step with the spindle (G33, G33.1, G76, G95) and rotaries that lock: LinuxCNC says so.";
 

@@ -393,7 +393,8 @@ fn a_refused_block_is_named_and_the_tool_stops_before_it() {
     let run = run(&control, temporary.path(), "trunnion", text, &[]);
     let said = run.errors.join("\n");
     eprintln!("{said}");
-    assert!(!run.ended && said.contains("trunniontp: line 6: axis"), "{said}");
+    assert!(!run.ended && said.contains("trunniontp: line 6: axis X by "), "{said}");
+    assert!(said.contains("an axis would leave its travel; move the workpiece"), "{said}");
     let motion = Motion::of(&run);
     let [velocity, acceleration, jerk] = motion.ratios(&machine);
     assert!(velocity <= 1.001 && acceleration <= 1.001 && jerk <= 1.001);
