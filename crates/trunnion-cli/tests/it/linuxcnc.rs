@@ -12,6 +12,7 @@ use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, RotaryPair, Setup};
 use trunnion::nalgebra::{Point3, Vector3};
 use trunnion::types::AxisVector;
+use trunnion_rt::ini_differences;
 
 const FILES: [&str; 7] = [
     "bc-trunnion.hal",
@@ -35,6 +36,24 @@ fn files(folder: &Path) -> Vec<String> {
     }
     found.sort();
     found
+}
+
+/// The planner loads with the configuration of every built-in machine: it refuses joints that are narrower than the axes.
+#[test]
+fn the_joints_of_a_configuration_fit_the_machine_file() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    for (name, text) in BUILT_IN.iter().filter(|(name, _)| !name.ends_with("-bodies")) {
+        let arguments = ["linuxcnc", name, "-o", name, "--planner", "trunnion"];
+        let (code, _, errors) = outcome(&trunnion(folder, &arguments));
+        assert_eq!(code, Some(0), "{name}: {errors}");
+        let ini = fs::read_to_string(folder.join(name).join(format!("{name}.ini"))).unwrap();
+        let differences = ini_differences(&parse(text).unwrap().machine, &ini).unwrap();
+        assert!(differences.is_empty(), "{name}: {differences:?}");
+        let narrow = ini.replacen("MAX_ACCELERATION = ", "MAX_ACCELERATION = 1 # ", 99);
+        let differences = ini_differences(&parse(text).unwrap().machine, &narrow).unwrap();
+        assert_eq!(differences.len(), 5, "{name}: {differences:?}");
+    }
 }
 
 #[test]
