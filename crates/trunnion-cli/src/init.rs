@@ -388,6 +388,7 @@ fn tools(proposal: &JobProposal) -> String {
     }
     out.push_str("\n# One tool after the other; all in one program.\n");
     let count = proposal.operations.len();
+    let mut cutters: Vec<&CutterSpec> = Vec::new();
     for (index, operation) in proposal.operations.iter().enumerate() {
         let faces: Vec<String> = operation.faces.iter().map(usize::to_string).collect();
         let _ = writeln!(out, "[[operation]]");
@@ -404,9 +405,16 @@ fn tools(proposal: &JobProposal) -> String {
             feed(operation),
             spindle(operation)
         );
-        let _ = writeln!(out, "[operation.tool]");
         let why = (index + 1 == count).then_some(why.as_str());
-        out.push_str(&tool_lines(&operation.cutter, index + 1, why));
+        let known = cutters.iter().position(|cutter| *cutter == &operation.cutter);
+        if let Some(known) = known {
+            let why = why.map_or_else(String::new, |why| format!("; {why}"));
+            let _ = writeln!(out, "tool = {}  # as above{why}", known + 1);
+        } else {
+            cutters.push(&operation.cutter);
+            let _ = writeln!(out, "[operation.tool]");
+            out.push_str(&tool_lines(&operation.cutter, cutters.len(), why));
+        }
         out.push('\n');
     }
     out.trim_end().to_owned()
@@ -434,11 +442,16 @@ fn tool_lines(cutter: &CutterSpec, number: usize, why: Option<&str>) -> String {
     out
 }
 
+/// Returns "face 3" or "faces 3, 7".
+fn list_faces(numbers: &[usize]) -> String {
+    let list: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    let plural = if list.len() == 1 { "face" } else { "faces" };
+    format!("{plural} {}", list.join(", "))
+}
+
 fn describe(path: &Path, args: &InitArgs, proposal: &JobProposal) -> String {
     let mut out = String::new();
-    let list: Vec<String> = proposal.faces.iter().map(usize::to_string).collect();
-    let plural = if list.len() == 1 { "face" } else { "faces" };
-    let _ = writeln!(out, "{}: cuts {plural} {}", path.display(), list.join(", "));
+    let _ = writeln!(out, "{}: cuts {}", path.display(), list_faces(&proposal.faces));
     if let Some([x, y, z]) = rotation(proposal) {
         let _ = writeln!(out, "  rotation of the part: [{x}, {y}, {z}] deg, {}", turned(args));
     }
@@ -453,11 +466,12 @@ fn describe(path: &Path, args: &InitArgs, proposal: &JobProposal) -> String {
             CutterKind::Bull => "bull-nose end mill",
             other => other.name(),
         };
-        let faces: Vec<String> = operation.faces.iter().map(usize::to_string).collect();
+        let faces = list_faces(&operation.faces);
         let cuts = match operation.area {
             _ if !several => String::new(),
-            JobArea::Whole => format!(", for faces {}", faces.join(", ")),
-            JobArea::Rest => ", for the rest".to_owned(),
+            JobArea::Whole => format!(", for {faces}"),
+            JobArea::Rest if operation.faces == proposal.faces => ", for the rest".to_owned(),
+            JobArea::Rest => format!(", for the rest of {faces}"),
         };
         let _ = writeln!(
             out,

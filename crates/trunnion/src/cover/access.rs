@@ -1,7 +1,10 @@
 //! Access of a tool to single points of a part, without planning passes.
 
 use super::cost::PassCost;
-use super::place::tool_fit::{ContactPoint, fitting_pose_along, is_hollow, largest_ball};
+use super::place::tool_fit::{
+    ContactPoint, PoseOrder, PoseSearch, fitting_pose_along, fitting_pose_near, is_hollow,
+    largest_ball,
+};
 use super::prove::part_faces::{KeepOff, PartFaces};
 use crate::cutter::{Cutter, ToolBody};
 use crate::surface::{FaceIndex, FaceSample};
@@ -10,6 +13,10 @@ use nalgebra::UnitVector3;
 
 /// Precision of the distances, as a share of the excess into the part that counts as touching.
 const PRECISION: f64 = 0.5;
+
+/// Largest ball in a sharp corner, as a share of the cutter's corner radius: that of an edge that is known as well as files know
+/// it.
+const SHARP: f64 = 0.05;
 
 /// Faces of a part, and the tool that is to touch them one point at a time.
 pub struct ToolAccess<'a> {
@@ -71,6 +78,21 @@ impl<'a> ToolAccess<'a> {
     pub fn largest_ball(&self, index: usize, sample: &FaceSample) -> f64 {
         let precision = self.keep_off(index).precision;
         largest_ball(&self.part_faces, &contact(sample), self.cutter, precision)
+    }
+
+    /// Returns the normal of the other face at a sample on the border of the face at `index`, if the two meet in a sharp
+    /// concave corner there: hardly a ball fits into it.
+    pub fn corner_normal(&self, index: usize, sample: &FaceSample) -> Option<UnitVector3<f64>> {
+        let narrow = SHARP * self.cutter.minor();
+        let is_sharp = self.largest_ball(index, sample) < narrow;
+        is_sharp.then(|| self.keep_off(index).neighbour_normal(&sample.point, narrow)).flatten()
+    }
+
+    /// Returns a pose in which the cutter touches a sample at a sharp corner of the face at `index` and all of the tool keeps
+    /// off the part, within reach of the machine.
+    pub fn pose_in_corner(&self, index: usize, sample: &FaceSample) -> Option<ToolPose> {
+        let search = PoseSearch { room: self.depth, before: None, order: PoseOrder::Square };
+        fitting_pose_near(&self.keep_off(index), &contact(sample), self.cutter, search)
     }
 
     fn keep_off(&self, own: usize) -> KeepOff<'_> {

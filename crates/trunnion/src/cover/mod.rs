@@ -45,6 +45,7 @@ pub use join::hop::{HopOptions, TravelTime};
 pub(crate) use join::leads::height;
 pub use join::legs::{JoinedPasses, PassLeftOut, join, legs};
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};
+pub(crate) use layout::border_line::border_lines;
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 pub use place::flank::flank_fits;

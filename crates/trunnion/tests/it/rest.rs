@@ -10,8 +10,8 @@ use crate::swept_tool;
 use nalgebra::{Point3, Vector3};
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
-    CoverError, CoverOptions, CoverRequest, Covering, FeedDirection, FinishTolerance, LengthCost,
-    PassCost, PassLayout, PlacementMethod, PrismaticUse, cover,
+    CoverError, CoverOptions, CoverRequest, Covering, FeedDirection, FinishTolerance, LeftArea,
+    LengthCost, PassCost, PassLayout, PlacementMethod, PrismaticUse, cover,
 };
 use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::positioning::{ToleranceBand, ToolInclination};
@@ -19,7 +19,7 @@ use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, PlaneSurface, SphereSurface, Surface, SurfaceFrame,
     TorusSurface, TrimCurve, TrimLoop,
 };
-use trunnion::types::{Interval, Silent, Station, ToolPose, UncutReason, UncutRegion};
+use trunnion::types::{Interval, Pass, Silent, Station, ToolPose, UncutReason, UncutRegion};
 
 const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -547,6 +547,44 @@ fn a_dome_is_finished_down_to_its_foot_by_few_passes() {
     let area: f64 = rest.iter().map(|rest| rest.area).sum();
     assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
     assert!(covering.passes.len() <= 70, "{} passes", covering.passes.len());
+}
+
+/// A rounded edge of 6 mm that stands upright on a floor, 30 mm long.
+fn rounded_edge_on_a_floor() -> (FaceIndex, FaceIndex) {
+    use std::f64::consts::FRAC_PI_2;
+    let frame = SurfaceFrame::new(Point3::origin(), -Vector3::y(), Vector3::x()).unwrap();
+    let edge = Surface::Cylinder(CylinderSurface::new(frame, 6.0).unwrap());
+    let edge =
+        face(1, edge, &[[0.0, 0.0], [FRAC_PI_2, 0.0], [FRAC_PI_2, 30.0], [0.0, 30.0]], false);
+    let floor = plane(Point3::new(6.0, 0.0, 0.0), Vector3::z(), Vector3::x());
+    (edge, face(2, floor, &[[0.0, -40.0], [40.0, -40.0], [40.0, 10.0], [0.0, 10.0]], false))
+}
+
+/// A ball of 3 mm leaves a strip 3 mm high beside the floor. A flat end that stands on the floor finishes rows of
+/// `sqrt(2 * 6 * 0.0165)`, 0.44 mm, up from its edge; short passes follow over spots at their ends.
+#[test]
+fn a_flat_end_finishes_the_corner_that_a_ball_leaves_in_rows_along_it() {
+    let (edge, floor) = rounded_edge_on_a_floor();
+    let options = CoverOptions {
+        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
+        path_share: 0.001,
+        ..options(PlacementMethod::Inclined)
+    };
+    let (faces, others) = (std::slice::from_ref(&edge), std::slice::from_ref(&floor));
+    let by_ball = beside_all((faces, others), &cutter([0.0, 3.0]), &options).unwrap();
+    let regions = &by_ball.report.rest;
+    assert!(regions.iter().map(|part| part.area).sum::<f64>() > 60.0, "{regions:?}");
+    let flat = cutter([8.0, 0.0]);
+    let left = Some(LeftArea { cut: &[1], regions });
+    let request = CoverRequest { others, left, ..CoverRequest::new(faces, &flat, &options) };
+    let covering = cover(&request, &Silent).unwrap();
+    assert!(covering.report.rest.is_empty(), "{:?}", covering.report.rest);
+    let long = |pass: &&Pass| {
+        (pass.stations[0].contact - pass.stations.last().unwrap().contact).norm() > 25.0
+    };
+    let rows = covering.passes.iter().filter(long).count();
+    assert!((5..=12).contains(&rows), "{rows} rows");
+    assert!(covering.passes.len() <= 35, "{} passes", covering.passes.len());
 }
 
 /// A machine that gets to poses that lean to one side only: every other pass of a zigzag, along which the tool would lean to

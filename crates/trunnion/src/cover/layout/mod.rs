@@ -1,6 +1,7 @@
 //! Pass layout: the chart of a face, the choice of the feed direction, and the advance from pass to pass.
 
 pub(super) mod advance;
+pub(super) mod border_line;
 pub(super) mod cell_grid;
 pub(super) mod chart;
 pub(super) mod choose;

@@ -7,13 +7,16 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::FeedDirection;
 use crate::cover::place::context::{FaceContext, FaceRequest};
+use crate::cover::place::corner_rows::follow_corners;
 use crate::cover::place::finish::{fill_across, is_left, measure_rest, touch_up_rounds};
 use crate::cover::place::placed::PlacedPasses;
+use crate::cover::place::tool_fit::has_flank;
 use crate::cover::place::unreachable::unreachable_cells;
 use crate::cover::prove::face_cell::FaceCell;
 use crate::cover::prove::face_tree::edge;
 use crate::cover::report::{FaceLayout, LayoutCost};
 use crate::types::{Interval, UncutRegion};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Size of the cells that are finished or not, as a share of a narrow strip.
@@ -21,6 +24,9 @@ const CELL: f64 = 0.25;
 
 /// Fewest and most cells of a face each way.
 const CELLS: [usize; 2] = [16, 256];
+
+/// Share of the parts that rows along corners may leave, up to which the rest is finished spot by spot.
+const MOSTLY: f64 = 0.2;
 
 /// Plans passes over the parts of a face that are left, and over nothing else.
 ///
@@ -31,19 +37,37 @@ pub(crate) fn cover_leftover(
 ) -> Result<PlacedPasses, CoverError> {
     let progress = request.progress;
     let finished = finished_cells(request, parts).map(Arc::new);
-    let mut tried: Vec<PlacedPasses> = Vec::new();
-    let mut charts: Vec<Chart> = Vec::new();
-    let mut left = PlacedPasses::new();
-    for (half, direction) in [([0.0, 0.5], FeedDirection::U), ([0.5, 1.0], FeedDirection::V)] {
+    // Step 1: rows along sharp corners. Lines through the strips beside them would have the tool turn and lift.
+    let chart = Chart::straight(FeedDirection::U);
+    let region = region_without(request.face, &chart, finished.as_ref());
+    let context = FaceContext::new(*request, chart, &region);
+    let mut before = untouched(&context, parts);
+    if has_flank(request.setup.cutter) && is_left(&before) {
+        let all = before.left();
+        follow_corners(&context, &mut before);
+        measure_rest(&context, &mut before);
+        if before.left() <= MOSTLY * all {
+            before = touch_up_rounds(&context, before)?;
+            return Ok(lowered(before, parts));
+        }
+    }
+    if !is_left(&before) {
+        return Ok(lowered(before, parts));
+    }
+    // Step 2: lines of constant parameters, one way and the other.
+    let across = |(half, direction): ([f64; 2], FeedDirection)| {
         let chart = Chart::straight(direction);
         let region = region_without(request.face, &chart, finished.as_ref());
         let half = FaceRequest { progress: progress.within(half), ..*request };
         let context = FaceContext::new(half, chart.clone(), &region);
-        let before = untouched(&context, parts);
-        if !is_left(&before) {
-            return Ok(lowered(before, parts));
-        }
-        match fill_across(&context, &before) {
+        (fill_across(&context, &before), chart)
+    };
+    let both = [([0.0, 0.5], FeedDirection::U), ([0.5, 1.0], FeedDirection::V)];
+    let both: Vec<_> = both.into_par_iter().map(across).collect();
+    let mut tried: Vec<PlacedPasses> = Vec::new();
+    let mut charts: Vec<Chart> = Vec::new();
+    for (result, chart) in both {
+        match result {
             Ok(placed) => {
                 tried.push(placed);
                 charts.push(chart);
@@ -52,14 +76,13 @@ pub(crate) fn cover_leftover(
             // Lines that end in a point, as at a pole, cannot be followed: those across can.
             Err(_) => {}
         }
-        left = before;
     }
-    let Some(best) = PlacedPasses::best(tried.iter()) else { return Ok(lowered(left, parts)) };
+    let Some(best) = PlacedPasses::best(tried.iter()) else { return Ok(lowered(before, parts)) };
     let mut costs: Vec<LayoutCost> =
         tried.iter().zip(&charts).map(|(placed, chart)| placed.cost_on(chart)).collect();
     let planned = costs.remove(best);
     let (mut placed, chart) = (tried.swap_remove(best), charts.swap_remove(best));
-    // Spots that passes from edge to edge have left.
+    // Step 3: spots that passes from edge to edge have left.
     let region = region_without(request.face, &chart, finished.as_ref());
     let context = FaceContext::new(*request, chart, &region);
     placed = touch_up_rounds(&context, placed)?;

@@ -5,6 +5,7 @@ mod ball_cap;
 mod barred;
 pub(super) mod candidate;
 pub(super) mod context;
+pub(super) mod corner_rows;
 pub(super) mod face;
 pub(super) mod finish;
 pub(super) mod fixed_axis;

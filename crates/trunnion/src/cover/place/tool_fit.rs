@@ -149,9 +149,13 @@ fn standing_poses(
         let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
         tip + (across.scale(cos) + beside.scale(sin)) * aside
     });
-    let has_underside = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
-    let tips = std::iter::once(tip).chain(ring).filter(move |_| has_underside);
+    let tips = std::iter::once(tip).chain(ring).filter(move |_| has_flank(cutter));
     tips.map(move |tip| ToolPose { tip, axis })
+}
+
+/// Returns `true` for a cutter with a cylindrical flank down to a flat underside.
+pub(crate) fn has_flank(cutter: &Cutter) -> bool {
+    matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull)
 }
 
 /// Returns the pose in which the lower end of a cylindrical flank touches a point, its axis as near to another as the
@@ -162,8 +166,7 @@ fn flank_pose(
     gap: ContactGap,
     cutter: &Cutter,
 ) -> Option<ToolPose> {
-    let has_flank = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
-    let ahead = direction_ahead(axis, &contact.normal).filter(|_| has_flank)?;
+    let ahead = direction_ahead(axis, &contact.normal).filter(|_| has_flank(cutter))?;
     let arc = cutter.contact_arc();
     Some(arc.pose(contact.above(arc.radius, gap), &contact.normal, &ahead, FRAC_PI_2))
 }
@@ -267,6 +270,9 @@ const LIFTS: [f64; 3] = [0.0, 0.5, 1.0];
 pub(crate) enum PoseOrder {
     /// Those that lean square to the nearest other face: along a corner the inclination stays the same to the corner.
     Square,
+    /// Those that lean as the pose before or straight away from that, first those whose strips are wide: along the flank, and
+    /// on the underside.
+    Widest,
     /// Those nearest to the pose before.
     AsBefore,
 }
@@ -314,8 +320,23 @@ pub(crate) fn fitting_pose_near(
     };
     match order {
         PoseOrder::Square => square().or_else(as_before),
+        PoseOrder::Widest => {
+            let ahead = before.and_then(|before| direction_ahead(&before.axis, &contact.normal));
+            let poses = ahead.map(|ahead| poses_towards(ahead, contact, gap, cutter));
+            wide_first(poses.unwrap_or_default(), &contact.normal).into_iter().find(fits)
+        }
         PoseOrder::AsBefore => as_before().or_else(square),
     }
+}
+
+/// Sorts poses by the lesser of the angles of flank and underside to a face: between the two, the tool leaves a groove.
+fn wide_first(mut poses: Vec<ToolPose>, normal: &UnitVector3<f64>) -> Vec<ToolPose> {
+    let groove = |pose: &ToolPose| {
+        let cos = pose.axis.dot(normal).abs();
+        cos.min((1.0 - cos * cos).max(0.0).sqrt())
+    };
+    poses.sort_by(|a, b| groove(a).total_cmp(&groove(b)));
+    poses
 }
 
 /// Returns poses that lean straight towards the nearest other face, and straight away from it.
@@ -328,21 +349,27 @@ fn square_poses(
     gap: ContactGap,
     cutter: &Cutter,
 ) -> Vec<ToolPose> {
-    let arc = cutter.contact_arc();
     let ahead = keep_off.neighbour_normal(&contact.point, cutter.radius());
     let ahead = ahead.and_then(|other| direction_ahead(&other, &contact.normal));
-    // Away from the other face farther than elsewhere, up to the flank: at the foot of a wall the tool stands.
-    let has_flank = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
-    let steep = STEEP.into_iter().filter(move |_| has_flank);
+    ahead.map_or_else(Vec::new, |ahead| poses_towards(ahead, contact, gap, cutter))
+}
+
+/// Returns poses that lean straight in a direction along a face, and straight away from it.
+fn poses_towards(
+    ahead: UnitVector3<f64>,
+    contact: &ContactPoint,
+    gap: ContactGap,
+    cutter: &Cutter,
+) -> Vec<ToolPose> {
+    let arc = cutter.contact_arc();
+    // Away from another face farther than elsewhere, up to the flank: at the foot of a wall the tool stands.
+    let steep = STEEP.into_iter().filter(move |_| has_flank(cutter));
     let pose = |ahead: UnitVector3<f64>, angle: f64| {
         arc.pose(contact.above(arc.radius, gap), &contact.normal, &ahead, angle)
     };
-    let poses = |ahead: UnitVector3<f64>| {
-        let both = [-ahead, ahead].into_iter();
-        let both = both.flat_map(|ahead| angles(cutter).map(move |angle| pose(ahead, angle)));
-        both.chain(steep.map(|angle| pose(ahead, angle))).collect()
-    };
-    ahead.map_or_else(Vec::new, poses)
+    let both = [-ahead, ahead].into_iter();
+    let both = both.flat_map(|ahead| angles(cutter).map(move |angle| pose(ahead, angle)));
+    both.chain(steep.map(|angle| pose(ahead, angle))).collect()
 }
 
 /// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines

@@ -63,7 +63,7 @@ pub(crate) fn touch_up<Inside: Fn(ChartPoint) -> bool + Sync>(
         let chains = chains(spots, SPACING * context.narrow()).into_par_iter();
         let planner = ChainPlanner { context, order: *order };
         let passes = chains.flat_map_iter(|chain| {
-            let runs = planner.runs(&chain).into_iter();
+            let runs = split(&planner.stations(&chain)).into_iter();
             runs.flat_map(|stations| planner.proven_passes(&stations))
         });
         Some(passes.collect())
@@ -110,10 +110,21 @@ pub(crate) struct SpotPass {
     sweep: PassSweep,
 }
 
+/// Splits stations to runs between which the tool is lifted: where it does not fit, or has to turn.
+pub(crate) fn split(stations: &[Option<Station>]) -> Vec<Vec<Station>> {
+    let turns = |a: &Option<Station>, b: &Option<Station>| match (a, b) {
+        (Some(a), Some(b)) => angle_between(&a.pose.axis, &b.pose.axis) > TURN,
+        _ => true,
+    };
+    let runs = stations.chunk_by(|a, b| !turns(a, b));
+    let run = |run: &[Option<Station>]| run.iter().copied().flatten().collect::<Vec<_>>();
+    runs.map(run).filter(|run| !run.is_empty()).collect()
+}
+
 /// Planner of the passes over a chain of spots.
-struct ChainPlanner<'a, 'b, Inside> {
-    context: &'a FaceContext<'b, Inside>,
-    order: PoseOrder,
+pub(crate) struct ChainPlanner<'a, 'b, Inside> {
+    pub(crate) context: &'a FaceContext<'b, Inside>,
+    pub(crate) order: PoseOrder,
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> ChainPlanner<'_, '_, Inside> {
@@ -122,33 +133,27 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> ChainPlanner<'_, '_, Inside> {
         PoseSearch { room: room(self.context), before, order: self.order }
     }
 
-    /// Returns the stations over a chain, in as many runs as the tool is lifted between.
-    fn runs(&self, chain: &[Spot]) -> Vec<Vec<Station>> {
-        let keep_off = self.context.keep_off().rough();
-        let cutter = self.context.setup.cutter;
-        let mut runs: Vec<Vec<Station>> = Vec::new();
+    /// Returns the stations over a chain of spots; `None` where the tool does not fit.
+    fn stations(&self, chain: &[Spot]) -> Vec<Option<Station>> {
         let mut before: Option<Station> = None;
-        for spot in chain {
-            let station = ContactPoint::new(self.context.face, spot.uv).and_then(|contact| {
-                let before = before.map(|station| station.pose);
-                let pose = fitting_pose_near(&keep_off, &contact, cutter, self.search(before))?;
-                Some(Station { pose, contact: contact.point })
-            });
-            let goes_on =
-                |a: Station, b: Station| angle_between(&a.pose.axis, &b.pose.axis) <= TURN;
-            match (before, station, runs.last_mut()) {
-                (Some(last), Some(next), Some(run)) if goes_on(last, next) => run.push(next),
-                (_, Some(next), _) => runs.push(vec![next]),
-                _ => {}
-            }
-            before = station;
-        }
-        runs
+        let station = |spot: &Spot| {
+            before = self.station(spot.uv, before.map(|station| station.pose));
+            before
+        };
+        chain.iter().map(station).collect()
+    }
+
+    /// Returns the station at a point of the face, after a pose; `None` where the tool does not fit.
+    pub(crate) fn station(&self, uv: [f64; 2], before: Option<ToolPose>) -> Option<Station> {
+        let contact = ContactPoint::new(self.context.face, uv)?;
+        let (keep_off, cutter) = (self.context.keep_off().rough(), self.context.setup.cutter);
+        let pose = fitting_pose_near(&keep_off, &contact, cutter, self.search(before))?;
+        Some(Station { pose, contact: contact.point })
     }
 
     /// Returns the pass through stations if the tool keeps off all faces on it, with more stations between them where that
     /// helps, or else passes through its halves.
-    fn proven_passes(&self, stations: &[Station]) -> Vec<SpotPass> {
+    pub(crate) fn proven_passes(&self, stations: &[Station]) -> Vec<SpotPass> {
         let mut dense = match *stations {
             [single] => match self.beside(single) {
                 Some(next) => vec![single, next],
@@ -205,10 +210,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> ChainPlanner<'_, '_, Inside> {
 
     /// Returns the station at a point of the face with about the inclination of another.
     fn near(&self, uv: [f64; 2], other: &Station) -> Option<Station> {
-        let contact = ContactPoint::new(self.context.face, uv)?;
-        let (keep_off, cutter) = (self.context.keep_off().rough(), self.context.setup.cutter);
-        let pose = fitting_pose_near(&keep_off, &contact, cutter, self.search(Some(other.pose)))?;
-        (angle_between(&pose.axis, &other.pose.axis) <= TURN)
-            .then_some(Station { pose, contact: contact.point })
+        let station = self.station(uv, Some(other.pose))?;
+        (angle_between(&station.pose.axis, &other.pose.axis) <= TURN).then_some(station)
     }
 }

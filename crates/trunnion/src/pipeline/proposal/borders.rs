@@ -3,17 +3,13 @@
 //! A rounded edge that begins 3 mm above a floor leaves room for a ball of 3 mm radius at its border, and for no larger one.
 
 use super::request::TOLERANCE;
-use crate::cover::{LengthCost, ToolAccess};
+use crate::cover::{LengthCost, ToolAccess, border_lines};
 use crate::cutter::Cutter;
 use crate::surface::{FaceIndex, FaceSample};
-use crate::types::Uv;
 use rayon::prelude::*;
 
 /// Points of the borders of a face, at most.
 const POINTS: usize = 96;
-
-/// Distance between a border and the polyline that stands for it, as a share of the face's extent.
-const CHORD: f64 = 0.01;
 
 /// Share of the points of a face that are too narrow for a cutter, from which they are a strip and no corner.
 const STRIP: f64 = 0.1;
@@ -61,37 +57,14 @@ impl NarrowBorders {
     }
 }
 
-/// Returns points of the borders of a face, evenly along polylines.
-fn border_samples(index: &FaceIndex) -> Vec<FaceSample> {
-    let face = index.face();
-    let tolerance = face.bounds().map(|range| CHORD * range.width());
-    let few = POINTS / face.loops.len().max(1);
-    let mut samples = Vec::new();
-    for border in &face.loops {
-        let line = border.polyline(tolerance);
-        let points: Vec<_> = line.iter().map(|&[u, v]| face.point(u, v)).collect();
-        let length: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-        let step = length / few.max(1) as f64;
-        // Halves of the step keep off the ends of the border, where others meet it.
-        let mut next = 0.5 * step;
-        for (ends, at) in points.windows(2).zip(line.windows(2)) {
-            let along = (ends[1] - ends[0]).norm();
-            while next < along {
-                let share = next / along;
-                let [u, v] = [0, 1].map(|k| at[0][k] + share * (at[1][k] - at[0][k]));
-                if let Some(normal) = face.normal(u, v) {
-                    samples.push(FaceSample { uv: Uv::new(u, v), point: face.point(u, v), normal });
-                }
-                next += step;
-            }
-            next -= along;
-        }
-    }
-    samples
+/// Returns points of the borders of a face, evenly along them.
+pub(super) fn border_samples(index: &FaceIndex) -> Vec<FaceSample> {
+    let few = POINTS / index.face().loops.len().max(1);
+    border_lines(index, |_| few).into_iter().flatten().collect()
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::cutter::CutterSpec;
     use crate::surface::{
@@ -108,7 +81,7 @@ mod tests {
     }
 
     /// An edge of 2 mm radius and 40 mm length that begins at a height above a floor beside it.
-    fn rounded_edge(height: f64) -> [FaceIndex; 2] {
+    pub(in crate::pipeline::proposal) fn rounded_edge(height: f64) -> [FaceIndex; 2] {
         let frame = |origin: Point3<f64>, normal: Vector3<f64>, x: Vector3<f64>| {
             SurfaceFrame::new(origin, normal, x).unwrap()
         };

@@ -104,13 +104,18 @@ impl ReachedFace {
 
 impl CutterTrial {
     fn empty(cutter: Cutter) -> Self {
+        Self::at(cutter, Vec::new())
+    }
+
+    /// A cutter in some poses, without the faces that it reaches.
+    pub(super) fn at(cutter: Cutter, poses: Vec<ToolPose>) -> Self {
         Self {
             cutter,
             reached: Vec::new(),
             left_out: Vec::new(),
             partly_cut: Vec::new(),
             partly_area: 0.0,
-            poses: Vec::new(),
+            poses,
         }
     }
 
@@ -247,9 +252,7 @@ impl CandidateFaces<'_> {
 
     /// Tries a cutter.
     pub(super) fn trial(&self, machine: &Machine, cutter: &Cutter) -> CutterTrial {
-        let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
-        let reach =
-            RotaryReach::new(&inset(&Kinematics::new(machine, &setup), LinearTravel::Unbounded));
+        let reach = RotaryReach::new(machine, cutter);
         let access = ToolAccess::new(self.faces, cutter, &reach, TOLERANCE.excess);
         let mut trial = CutterTrial::empty(cutter.clone());
         for SampledFace { index, area, samples, .. } in &self.candidates {
@@ -326,9 +329,7 @@ pub(super) fn leaning_poses(
     if cutter.kind() == CutterKind::Flat {
         return Vec::new();
     }
-    let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
-    let reach =
-        RotaryReach::new(&inset(&Kinematics::new(machine, &setup), LinearTravel::Unbounded));
+    let reach = RotaryReach::new(machine, cutter);
     let access = ToolAccess::new(faces, cutter, &reach, TOLERANCE.excess);
     let few = (LEANING / cut.len().max(1) as f64).max(1.0);
     let samples = |&index: &usize| {
@@ -367,7 +368,7 @@ pub(super) fn long_enough(cutter: &Cutter, height: f64) -> Cutter {
 }
 
 /// Returns the same cutter with another length \[mm\]; shank and holder stay at the gauge point.
-fn with_length(cutter: &Cutter, length: f64) -> Cutter {
+pub(super) fn with_length(cutter: &Cutter, length: f64) -> Cutter {
     let up = length - cutter.length();
     let shank = cutter.spec().shank.iter().map(|[height, radius]| [height + up, *radius]).collect();
     let spec = CutterSpec { length, shank, ..cutter.spec().clone() };
@@ -376,14 +377,16 @@ fn with_length(cutter: &Cutter, length: f64) -> Cutter {
 }
 
 /// Reach of the rotary axes, wherever the workpiece is.
-struct RotaryReach {
+pub(super) struct RotaryReach {
     inverse: Option<Inverse>,
     home: AxisVector,
 }
 
 impl RotaryReach {
-    fn new(kinematics: &Kinematics) -> Self {
-        Self { inverse: Inverse::new(kinematics).ok(), home: kinematics.machine().home() }
+    pub(super) fn new(machine: &Machine, cutter: &Cutter) -> Self {
+        let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
+        let kinematics = inset(&Kinematics::new(machine, &setup), LinearTravel::Unbounded);
+        Self { inverse: Inverse::new(&kinematics).ok(), home: kinematics.machine().home() }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::borders::NarrowBorders;
 use super::candidates::{CandidateFaces, kind};
-use super::cutters::{CutterTrial, long_enough};
+use super::corners::SharpCorners;
+use super::cutters::{CutterTrial, RotaryReach, long_enough, with_length};
 use super::left_out::LeftOutFace;
 use super::part_measure::PartMeasure;
 use crate::cutter::{Cutter, CutterKind};
@@ -46,6 +47,22 @@ pub(super) struct LadderStep {
 impl CutterLadder {
     /// Chooses the cutters; `None` without a cutter for the part.
     pub(super) fn choose(
+        candidates: CandidateFaces<'_>,
+        library: &[Cutter],
+        machine: &Machine,
+        part: &PartMeasure,
+        progress: &dyn Progress,
+    ) -> Result<Option<Self>, Cancelled> {
+        let faces = candidates.faces;
+        let ladder = Self::choose_for_faces(candidates, library, machine, part, progress)?;
+        Ok(ladder.map(|ladder| {
+            let corners = corner_step(faces, &ladder, library, machine, part);
+            ladder.followed_by(corners)
+        }))
+    }
+
+    /// Chooses the cutters for the faces, sharp corners aside.
+    fn choose_for_faces(
         candidates: CandidateFaces<'_>,
         library: &[Cutter],
         machine: &Machine,
@@ -175,4 +192,46 @@ fn border_step<'a>(
     let trial = trial(ball);
     let faces: Vec<usize> = borders.faces.into_iter().filter(|at| trial.cuts(*at)).collect();
     (!faces.is_empty()).then_some(LadderStep { trial, faces, area: JobArea::Rest })
+}
+
+/// Returns the step of the largest flat end mill that gets into the sharp corners which the last cutter leaves.
+fn corner_step(
+    faces: &[FaceIndex],
+    ladder: &CutterLadder,
+    library: &[Cutter],
+    machine: &Machine,
+    part: &PartMeasure,
+) -> Option<LadderStep> {
+    let last = ladder.steps.last().filter(|step| step.trial.cutter.minor() > 0.0)?;
+    let by_flat = |at: &usize| {
+        let flats = ladder.steps.iter().filter(|step| step.trial.cutter.minor() == 0.0);
+        flats.flat_map(|step| &step.faces).any(|face| face == at)
+    };
+    let mut rounded: Vec<usize> = ladder.steps.iter().flat_map(|step| step.faces.clone()).collect();
+    rounded.retain(|at| !by_flat(at));
+    rounded.sort_unstable();
+    rounded.dedup();
+    let cutter = &last.trial.cutter;
+    let reach = RotaryReach::new(machine, cutter);
+    let corners = SharpCorners::find(faces, &rounded, cutter, &reach)?;
+    let mut flats: Vec<&Cutter> = library
+        .iter()
+        .filter(|flat| flat.kind() == CutterKind::Flat)
+        .filter(|flat| 2.0 * flat.radius() <= part.largest_diameter())
+        .filter(|flat| flat.radius() >= FINEST * cutter.radius())
+        .collect();
+    flats.sort_by(|a, b| b.radius().total_cmp(&a.radius()));
+    // All tools of a job are as long as the longest.
+    let fits = flats.into_iter().map(|flat| {
+        let flat =
+            with_length(flat, cutter.length().max(long_enough(flat, part.size().z).length()));
+        let fit = corners.fit(&flat, &RotaryReach::new(machine, &flat));
+        (flat, fit)
+    });
+    // The first that gets into the corners of as many faces as any.
+    let best =
+        fits.reduce(|best, next| if next.1.faces.len() > best.1.faces.len() { next } else { best });
+    let (flat, fit) = best.filter(|(_, fit)| !fit.faces.is_empty())?;
+    let trial = CutterTrial::at(flat, fit.poses);
+    Some(LadderStep { trial, faces: fit.faces, area: JobArea::Rest })
 }

@@ -2,6 +2,7 @@
 
 mod borders;
 mod candidates;
+mod corners;
 mod cutters;
 mod ladder;
 mod left_out;

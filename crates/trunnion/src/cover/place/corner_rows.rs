@@ -1,0 +1,287 @@
+//! Passes along sharp corners of a face, row after row from the corner into the face.
+//!
+//! A cutter with a round end leaves a strip beside every sharp corner. The edge of a flat end mill gets into it, if the tool
+//! leans square to the other face: lines of constant parameters through the strip have the tool turn and lift, rows along
+//! the corner do not.
+
+use crate::cover::layout::border_line::border_lines;
+use crate::cover::layout::region::ChartPoint;
+use crate::cover::place::context::FaceContext;
+use crate::cover::place::placed::PlacedPasses;
+use crate::cover::place::spots::SPACING;
+use crate::cover::place::tool_fit::PoseOrder;
+use crate::cover::place::touch_up::{ChainPlanner, SpotPass, add_passes, may_fit, split};
+use crate::cutter::ConvexSolid;
+use crate::positioning::ToleranceBand;
+use crate::surface::{Face, FaceSample};
+use crate::types::{Interval, Station, ToolPose, UncutRegion};
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+
+/// Fewest and most points of a border: farther apart than usual on a very long one.
+const FEW: f64 = 8.0;
+const POINTS: f64 = 2000.0;
+
+/// Distance from the border within which the other face of a corner is, and from which the border is looked at, as a share of a
+/// narrow strip.
+const NEAR: f64 = 0.05;
+
+/// Least sine of the slope of a face against the other one, from which they form a corner.
+const SHARP: f64 = 0.03;
+
+/// Distance of the stations of a row, in widths of a narrow strip: half that of spots, as rows end up to one before the corner does.
+const CLOSE: f64 = 0.5 * SPACING;
+
+/// Distance of the first row from the other face, above the lower end of the band, as a share of the band.
+const FIRST: f64 = 0.25;
+
+/// Parts into which a cell is divided each way, at most.
+const PARTS: f64 = 64.0;
+
+/// Rows beside a corner, at most.
+const ROWS: usize = 60;
+
+/// Steps in which the strip of a station is measured, and the least distance of the next row, as shares of a narrow strip.
+const STEP: f64 = 0.1;
+
+/// Share of the strip of a row after which the next one follows.
+const OVERLAP: f64 = 0.9;
+
+/// Point of a border in a sharp corner.
+#[derive(Debug, Clone, Copy)]
+struct CornerPoint {
+    uv: [f64; 2],
+    point: Point3<f64>,
+    /// Direction into the face, of unit length.
+    inward: Vector3<f64>,
+    /// Sine of the angle by which the face rises from the other one.
+    rise: f64,
+    /// Distance to which material is left \[mm\].
+    depth: f64,
+}
+
+impl CornerPoint {
+    /// Returns a pose that leans square to the corner.
+    fn square(&self) -> ToolPose {
+        ToolPose { tip: self.point, axis: Unit::new_unchecked(self.inward) }
+    }
+}
+
+/// Adds passes along the corners of a face beside which `placed` leaves material, and returns their number; what they leave is
+/// not measured.
+pub(crate) fn follow_corners<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &mut PlacedPasses,
+) -> usize {
+    let parts: Vec<&UncutRegion> = placed.report.rest.iter().filter(|part| may_fit(part)).collect();
+    let left = LeftBesideCorners { parts: &parts, most: context.setup.cutter.radius() };
+    let passes: Vec<SpotPass> = corners(context, left)
+        .par_iter()
+        .flat_map_iter(|corner| CornerRows { context, corner }.passes())
+        .collect();
+    add_passes(context, placed, &passes);
+    passes.len()
+}
+
+/// Regions that are left, as far as rows along corners are to finish them.
+#[derive(Clone, Copy)]
+struct LeftBesideCorners<'a> {
+    parts: &'a [&'a UncutRegion],
+    /// Greatest distance from a corner \[mm\].
+    most: f64,
+}
+
+/// Returns the corners beside which some regions lie, each in the order of the border.
+fn corners<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    left: LeftBesideCorners<'_>,
+) -> Vec<Vec<CornerPoint>> {
+    if left.parts.is_empty() {
+        return Vec::new();
+    }
+    let step = CLOSE * context.narrow();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let lines = border_lines(context.face, |length| (length / step).clamp(FEW, POINTS) as usize);
+    let mut corners = Vec::new();
+    for line in lines {
+        let mut points: Vec<Option<CornerPoint>> =
+            line.par_iter().map(|sample| corner_point(context, sample)).collect();
+        mark_depths(context, &mut points, left);
+        corners.extend(runs(&points));
+    }
+    corners
+}
+
+/// Returns the point of a border, if it is in a sharp corner.
+fn corner_point<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    FaceSample { uv, point, normal }: &FaceSample,
+) -> Option<CornerPoint> {
+    let near = NEAR * context.narrow();
+    // Step 1: another face ends there. Square to the edge that both share, this one goes up or down along its normal.
+    let other = context.keep_off().neighbour_normal(point, near)?;
+    let rise = other.into_inner() - normal.scale(normal.dot(&other));
+    let (inward, rise) = (rise.try_normalize(SHARP)?, rise.norm());
+    // Step 2: it goes up.
+    let foot = context.face.closest(&(point + inward * near)).ok()?;
+    let is_inside = context.face.face().contains(foot.uv.u, foot.uv.v);
+    let uv = [uv.u, uv.v];
+    is_inside.then_some(CornerPoint { uv, point: *point, inward, rise, depth: 0.0 })
+}
+
+/// Sets the depth of each corner point to that of the cells of some regions which are nearer to it than to the others.
+fn mark_depths<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    points: &mut [Option<CornerPoint>],
+    left: LeftBesideCorners<'_>,
+) {
+    let face = context.face.face();
+    let step = SPACING * context.narrow();
+    // Cells inside a region may be as large as the face.
+    let cells = left.parts.iter().flat_map(|part| &part.cells);
+    let cells: Vec<[Interval; 2]> = cells.flat_map(|cell| small_cells(face, *cell, step)).collect();
+    let nearest = |cell: &[Interval; 2]| {
+        let [u, v] = *cell;
+        let corners = [[u.low, v.low], [u.low, v.high], [u.high, v.low], [u.high, v.high]];
+        let corners = corners.map(|[u, v]| face.point(u, v));
+        let middle = face.point(u.middle(), v.middle());
+        let apart = |point: &CornerPoint| (point.point - middle).norm_squared();
+        let in_corner =
+            points.iter().enumerate().filter_map(|(at, point)| Some((at, point.as_ref()?)));
+        let found = in_corner.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)));
+        found.map(|(at, point)| {
+            let depths = corners.map(|corner| (corner - point.point).norm());
+            (at, depths.into_iter().fold(0.0, f64::max))
+        })
+    };
+    let found: Vec<(usize, f64)> = cells.par_iter().filter_map(nearest).collect();
+    for (at, depth) in found.into_iter().filter(|(_, depth)| *depth <= left.most) {
+        // The point to either side as well: cells may be larger than the points are apart.
+        let last = points.len() - 1;
+        let beside = at.saturating_sub(1)..=(at + 1).min(last);
+        for point in points[beside].iter_mut().flatten() {
+            point.depth = point.depth.max(depth);
+        }
+    }
+}
+
+/// Divides a cell to parts of about a size \[mm\].
+fn small_cells(face: &Face, [u, v]: [Interval; 2], size: f64) -> Vec<[Interval; 2]> {
+    // Step 1: the longest of three lines each way, by halves: an end may be a pole, and a line round the face ends as it begins.
+    let length = |ends: [Point3<f64>; 3]| (ends[1] - ends[0]).norm() + (ends[2] - ends[1]).norm();
+    let three = |range: Interval| [range.low, range.middle(), range.high];
+    let across = three(v).map(|v| length(three(u).map(|u| face.point(u, v))));
+    let along = three(u).map(|u| length(three(v).map(|v| face.point(u, v))));
+    // Step 2: as many parts as that needs.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let [us, vs] = [across, along].map(|lengths| {
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        (longest / size).ceil().clamp(1.0, PARTS) as u32
+    });
+    let part = |range: Interval, i: u32, count: u32| {
+        let [low, high] = [i, i + 1].map(|i| range.at(f64::from(i) / f64::from(count)));
+        Interval::new(low, high)
+    };
+    let of_row = move |i: u32| (0..vs).map(move |j| [part(u, i, us), part(v, j, vs)]);
+    (0..us).flat_map(of_row).collect()
+}
+
+/// Returns the runs of consecutive points beside which something is left. One that goes all round ends where it begins.
+fn runs(points: &[Option<CornerPoint>]) -> Vec<Vec<CornerPoint>> {
+    let open = |point: &Option<CornerPoint>| point.filter(|point| point.depth > 0.0);
+    let mut all: Vec<Option<CornerPoint>> = points.iter().map(open).collect();
+    if all.iter().all(Option::is_some) {
+        all.extend(all.first().copied());
+    } else if let Some(gap) = all.iter().position(Option::is_none) {
+        // A run over the end of the line is one.
+        all.rotate_left(gap);
+    }
+    all.split(Option::is_none)
+        .map(|run| run.iter().copied().flatten().collect::<Vec<_>>())
+        .filter(|run| run.len() > 1)
+        .collect()
+}
+
+/// Rows along one corner.
+struct CornerRows<'a, 'b, Inside> {
+    context: &'a FaceContext<'b, Inside>,
+    corner: &'a [CornerPoint],
+}
+
+impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
+    /// Returns the passes of all rows, from the corner on.
+    fn passes(&self) -> Vec<SpotPass> {
+        let planner = ChainPlanner { context: self.context, order: PoseOrder::Widest };
+        let least = STEP * self.context.narrow();
+        let mut passes = Vec::new();
+        let mut row: Vec<Option<CornerPoint>> =
+            self.corner.iter().map(|point| self.first(point)).collect();
+        for _ in 0..ROWS {
+            if row.iter().all(Option::is_none) {
+                break;
+            }
+            let mut strip = f64::INFINITY;
+            for chain in row.split(Option::is_none).filter(|chain| !chain.is_empty()) {
+                let points: Vec<CornerPoint> = chain.iter().copied().flatten().collect();
+                // Each by itself: what fits at one point decides nothing at the next.
+                let square = |point: &CornerPoint| planner.station(point.uv, Some(point.square()));
+                let stations: Vec<Option<Station>> = points.par_iter().map(square).collect();
+                let strips = points.iter().zip(&stations);
+                let strips =
+                    strips.filter_map(|(point, station)| self.strip(point, station.as_ref()?));
+                strip = strips.fold(strip, f64::min);
+                passes.extend(split(&stations).iter().flat_map(|run| planner.proven_passes(run)));
+            }
+            let step = if strip.is_finite() { OVERLAP * strip } else { least };
+            let next = |point: &Option<CornerPoint>| self.next((*point)?, step.max(least));
+            row = row.iter().map(next).collect();
+        }
+        passes
+    }
+
+    /// Returns the point of the first row: the tool keeps its distance from the other face as well.
+    fn first(&self, point: &CornerPoint) -> Option<CornerPoint> {
+        let ToleranceBand { lower, upper } = self.context.options.band;
+        let step = (lower + FIRST * (upper - lower)) / point.rise;
+        self.moved(*point, step.min(STEP * self.context.narrow()))
+    }
+
+    /// Returns the point a step \[mm\] farther from the corner; `None` where nothing is left beyond the strip before.
+    fn next(&self, point: CornerPoint, step: f64) -> Option<CornerPoint> {
+        if step < point.depth { self.moved(point, step) } else { None }
+    }
+
+    /// Moves a point into the face along its surface; `None` where the face ends.
+    fn moved(&self, point: CornerPoint, step: f64) -> Option<CornerPoint> {
+        let face = self.context.face;
+        let foot = face.closest(&(point.point + point.inward * step)).ok()?;
+        let [u, v] = [foot.uv.u, foot.uv.v];
+        let normal = face.face().contains(u, v).then(|| face.face().normal(u, v)).flatten()?;
+        let inward = point.inward - normal.scale(normal.dot(&point.inward));
+        Some(CornerPoint {
+            uv: [u, v],
+            point: face.face().point(u, v),
+            inward: inward.try_normalize(f64::MIN_POSITIVE)?,
+            depth: point.depth - step,
+            ..point
+        })
+    }
+
+    /// Returns the width away from the corner that the tool at a station finishes \[mm\]; `None` if that is all that is left.
+    fn strip(&self, point: &CornerPoint, station: &Station) -> Option<f64> {
+        let context = self.context;
+        let step = STEP * context.narrow();
+        let is_finished = |point: &CornerPoint| {
+            let apart = |solid: &ConvexSolid| solid.distance(&point.point, &station.pose);
+            context.tool.solids().any(|solid| apart(solid) <= context.options.band.upper)
+        };
+        let mut end = *point;
+        while let Some(next) = self.next(end, step) {
+            if !is_finished(&next) {
+                return Some(point.depth - end.depth);
+            }
+            end = next;
+        }
+        None
+    }
+}
