@@ -170,12 +170,10 @@ impl LetteredAxis<'_> {
     fn kind(&self, ini: &IniText<'_>, joint: usize) -> Option<IniDifference> {
         let stated = ini.value(&format!("JOINT_{joint}"), "TYPE")?;
         let wanted = if self.is_rotary() { "ANGULAR" } else { "LINEAR" };
-        let letter = self.letter;
-        let stated_too = stated.to_owned();
-        (stated != wanted).then_some(IniDifference::Kind {
+        (stated != wanted).then(|| IniDifference::Kind {
             joint,
-            stated: stated_too,
-            letter,
+            stated: stated.to_owned(),
+            letter: self.letter,
             wanted,
         })
     }

@@ -250,7 +250,7 @@ impl Feeder {
     }
 }
 
-/// True if a block is a chord of an arc that goes on, where only the end of the arc is exact.
+/// Returns `true` if a block is a chord of an arc that goes on, where only the end of the arc is exact.
 fn is_chord(block: &MotionBlock, next: &MotionBlock) -> bool {
     let step = |of: &MotionBlock| [0, 1, 2].map(|letter: usize| of.end[letter] - of.start[letter]);
     let [one, other] = [block, next].map(step);

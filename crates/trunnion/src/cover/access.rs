@@ -1,6 +1,7 @@
 //! Access of a tool to single points of a part, without planning passes.
 
 use super::cost::PassCost;
+use super::place::sharp_corner::SharpCorner;
 use super::place::tool_fit::{
     ContactPoint, PoseOrder, PoseSearch, fitting_pose_along, fitting_pose_near, is_hollow,
     largest_ball,
@@ -14,9 +15,9 @@ use nalgebra::UnitVector3;
 /// Precision of the distances, as a share of the excess into the part that counts as touching.
 const PRECISION: f64 = 0.5;
 
-/// Largest ball in a sharp corner, as a share of the cutter's corner radius: that of an edge that is known as well as files know
-/// it.
-const SHARP: f64 = 0.05;
+/// Distance of the other face at a sharp corner, as a share of the cutter's corner radius: edges are known as well as files know
+/// them.
+const NEAR: f64 = 0.05;
 
 /// Faces of a part, and the tool that is to touch them one point at a time.
 pub struct ToolAccess<'a> {
@@ -81,11 +82,11 @@ impl<'a> ToolAccess<'a> {
     }
 
     /// Returns the normal of the other face at a sample on the border of the face at `index`, if the two meet in a sharp
-    /// concave corner there: hardly a ball fits into it.
+    /// corner there.
     pub fn corner_normal(&self, index: usize, sample: &FaceSample) -> Option<UnitVector3<f64>> {
-        let narrow = SHARP * self.cutter.minor();
-        let is_sharp = self.largest_ball(index, sample) < narrow;
-        is_sharp.then(|| self.keep_off(index).neighbour_normal(&sample.point, narrow)).flatten()
+        let near = NEAR * self.cutter.minor();
+        let corner = SharpCorner::find(&self.keep_off(index), &contact(sample), near);
+        corner.map(|corner| corner.other)
     }
 
     /// Returns a pose in which the cutter touches a sample at a sharp corner of the face at `index` and all of the tool keeps

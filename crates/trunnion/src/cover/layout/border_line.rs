@@ -1,6 +1,6 @@
 //! Points along the borders of a face.
 
-use crate::surface::{FaceIndex, FaceSample};
+use crate::surface::{FaceIndex, FaceSample, TrimLoop};
 use crate::types::Uv;
 
 /// Distance between a border and the polyline that stands for it, as a share of the face's extent.
@@ -17,7 +17,7 @@ pub(crate) fn border_lines(
 ) -> Vec<Vec<FaceSample>> {
     let face = index.face();
     let tolerance = face.bounds().map(|range| CHORD * range.width());
-    let line = |border: &crate::surface::TrimLoop| {
+    let line = |border: &TrimLoop| {
         let line = divided(&border.polyline(tolerance));
         let points: Vec<_> = line.iter().map(|&[u, v]| face.point(u, v)).collect();
         let length: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();

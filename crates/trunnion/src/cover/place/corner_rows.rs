@@ -8,8 +8,9 @@ use crate::cover::layout::border_line::border_lines;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
+use crate::cover::place::sharp_corner::SharpCorner;
 use crate::cover::place::spots::SPACING;
-use crate::cover::place::tool_fit::PoseOrder;
+use crate::cover::place::tool_fit::{ContactPoint, PoseOrder};
 use crate::cover::place::touch_up::{ChainPlanner, SpotPass, add_passes, may_fit, split};
 use crate::cutter::ConvexSolid;
 use crate::positioning::ToleranceBand;
@@ -22,12 +23,8 @@ use rayon::prelude::*;
 const FEW: f64 = 8.0;
 const POINTS: f64 = 2000.0;
 
-/// Distance from the border within which the other face of a corner is, and from which the border is looked at, as a share of a
-/// narrow strip.
+/// Distance from the border within which the other face of a corner is, as a share of a narrow strip.
 const NEAR: f64 = 0.05;
-
-/// Least sine of the slope of a face against the other one, from which they form a corner.
-const SHARP: f64 = 0.03;
 
 /// Distance of the stations of a row, in widths of a narrow strip: half that of spots, as rows end up to one before the corner does.
 const CLOSE: f64 = 0.5 * SPACING;
@@ -117,16 +114,11 @@ fn corner_point<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     FaceSample { uv, point, normal }: &FaceSample,
 ) -> Option<CornerPoint> {
+    let contact = ContactPoint { point: *point, normal: *normal };
     let near = NEAR * context.narrow();
-    // Step 1: another face ends there. Square to the edge that both share, this one goes up or down along its normal.
-    let other = context.keep_off().neighbour_normal(point, near)?;
-    let rise = other.into_inner() - normal.scale(normal.dot(&other));
-    let (inward, rise) = (rise.try_normalize(SHARP)?, rise.norm());
-    // Step 2: it goes up.
-    let foot = context.face.closest(&(point + inward * near)).ok()?;
-    let is_inside = context.face.face().contains(foot.uv.u, foot.uv.v);
-    let uv = [uv.u, uv.v];
-    is_inside.then_some(CornerPoint { uv, point: *point, inward, rise, depth: 0.0 })
+    let SharpCorner { inward, other } = SharpCorner::find(&context.keep_off(), &contact, near)?;
+    let rise = inward.dot(&other);
+    Some(CornerPoint { uv: [uv.u, uv.v], point: *point, inward, rise, depth: 0.0 })
 }
 
 /// Sets the depth of each corner point to that of the cells of some regions which are nearer to it than to the others.

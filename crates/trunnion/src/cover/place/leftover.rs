@@ -44,8 +44,9 @@ pub(crate) fn cover_leftover(
     let mut before = untouched(&context, parts);
     if has_flank(request.setup.cutter) && is_left(&before) {
         let all = before.left();
-        follow_corners(&context, &mut before);
-        measure_rest(&context, &mut before);
+        if follow_corners(&context, &mut before) > 0 {
+            measure_rest(&context, &mut before);
+        }
         if before.left() <= MOSTLY * all {
             before = touch_up_rounds(&context, before)?;
             return Ok(lowered(before, parts));

@@ -21,6 +21,7 @@ pub(super) mod planner;
 pub(super) mod progress;
 pub(super) mod rulings;
 mod run_out;
+pub(super) mod sharp_corner;
 pub(super) mod spots;
 pub(super) mod tool_fit;
 pub(super) mod touch_up;

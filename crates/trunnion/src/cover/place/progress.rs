@@ -50,7 +50,8 @@ impl FaceProgress<'_> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to STEPS")]
         let steps = (share.clamp(0.0, 1.0) * STEPS as f64) as u64;
         let FacesProgress { progress, done } = self.faces;
-        done[self.index].store(steps, Ordering::Relaxed);
+        // Parts of the work on a face may be done side by side.
+        done[self.index].fetch_max(steps, Ordering::Relaxed);
         let sum = done.iter().map(|face| face.load(Ordering::Relaxed)).sum();
         progress.step(Stage::Cover, sum, STEPS * done.len() as u64)
     }

@@ -372,6 +372,11 @@ impl KeepOff<'_> {
         self.tool.solids().find_map(below).unwrap_or(false)
     }
 
+    /// Returns the face that is cut.
+    pub(crate) fn own_face(&self) -> Option<&FaceIndex> {
+        self.part_faces.faces.get(self.own).map(|(face, _)| *face)
+    }
+
     /// Returns the normal of the nearest other face within a distance \[mm\] of a point, there where it is nearest.
     pub(crate) fn neighbour_normal(
         &self,

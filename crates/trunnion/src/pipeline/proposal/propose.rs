@@ -34,7 +34,7 @@ const TEETH: f64 = 2.0;
 /// The cutter is the largest of a library that reaches nearly all that the smaller ones reach: flat
 /// for planes, a ball where a face is concave, else a bull-nose. Planes beside concave faces are cut by a flat end mill
 /// first, and most of the concave faces by a large ball where only hollows and corners need a small one; the small one
-/// then cuts the rest. The part stays as drawn unless the request turns it, or a tool reaches much more of another side.
+/// then cuts the rest, and a flat end mill what stays in sharp corners. The part stays as drawn unless the request turns it, or a tool reaches much more of another side.
 /// It stands on the middle of the rotary table where the machine has one, moved as far as the travel of the axes needs. A
 /// sheet that looks down is cut on its other side.
 ///
