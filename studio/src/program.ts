@@ -32,6 +32,8 @@ export class ProgramText {
   private top = 0;
   private height = 0;
   private readonly room = document.createElement("div");
+  /** Elements of the rows in sight. One that stays in sight stays the same element: a click begins and ends on it. */
+  private readonly shown = new Map<number, HTMLElement>();
   private waiting = false;
   /** The text was opened in this frame, and the page has not got its place in sight yet. */
   private isNew = false;
@@ -104,6 +106,7 @@ export class ProgramText {
   }
 
   private resize(): void {
+    this.forget();
     this.room.style.height = `${ROW * this.count}px`;
     // The current line stays in sight where others come between.
     if (this.current > 0) this.look(this.rowOf(this.current));
@@ -121,6 +124,7 @@ export class ProgramText {
   /** Lines with a problem, and its words. */
   mark(marks: Map<number, string>): void {
     this.marks = marks;
+    this.forget();
     this.draw();
   }
 
@@ -180,21 +184,46 @@ export class ProgramText {
     this.isNew = false;
     const first = Math.max(Math.floor(this.top / ROW) - MARGIN, 0);
     const last = Math.min(Math.ceil((this.top + this.height) / ROW) + MARGIN, this.count);
-    const rows = [];
-    for (let at = first; at < last; at += 1) rows.push(this.row(at));
-    this.room.replaceChildren(...rows);
+    for (const [at, row] of this.shown) {
+      if (at >= first && at < last) continue;
+      row.remove();
+      this.shown.delete(at);
+    }
+    for (let at = first; at < last; at += 1) {
+      const row = this.shown.get(at) ?? this.row(at);
+      if (!this.shown.has(at)) this.room.insertBefore(row, this.room.children[at - first] ?? null);
+      this.shown.set(at, row);
+      this.markCurrent(row, at);
+    }
+  }
+
+  /** What was shown before is no longer what the rows have. */
+  private forget(): void {
+    this.shown.clear();
+    this.room.replaceChildren();
+  }
+
+  /** Lines of both programs in a row, 0 for none. */
+  private linesIn(at: number): [number, number] {
+    const { both } = this;
+    return both ? [both.rows[2 * at]!, both.rows[2 * at + 1]!] : [at + 1, 0];
+  }
+
+  private markCurrent(row: HTMLElement, at: number): void {
+    const [line, other] = this.linesIn(at);
+    if (line && line === this.current) row.setAttribute("aria-current", "true");
+    else row.removeAttribute("aria-current");
+    row.classList.toggle("there", other !== 0 && other === this.other);
   }
 
   private row(at: number): HTMLElement {
     const { both } = this;
-    const [line, other] = both ? [both.rows[2 * at]!, both.rows[2 * at + 1]!] : [at + 1, 0];
+    const [line, other] = this.linesIn(at);
     const row = document.createElement("div");
     row.className = "line";
     row.style.top = `${ROW * at}px`;
     if (line) row.dataset.line = `${line}`;
     else row.dataset.other = `${other}`;
-    if (line && line === this.current) row.setAttribute("aria-current", "true");
-    if (both && other && other === this.other) row.classList.add("there");
     if (both && !other) row.classList.add("first");
     if (both && !line) row.classList.add("second");
     const mark = line && this.marks.get(line);
