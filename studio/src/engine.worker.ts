@@ -123,7 +123,7 @@ function cutTowards(of: Stock, wanted: number): StockCut {
 /** Bricks that have changed as arrays of their own. */
 function changesOf(of: Stock): Bricks {
   const changes = of.changes();
-  const bricks = { counts: changes.counts(), positions: changes.positions(), triangles: changes.triangles(), bounds: changes.bounds() };
+  const bricks = { counts: changes.counts(), positions: changes.positions(), triangles: changes.triangles() };
   changes.free();
   return bricks;
 }

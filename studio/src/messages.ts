@@ -56,8 +56,6 @@ export interface Bricks {
   positions: Float32Array;
   /** Triangles; every brick counts its own vertices. */
   triangles: Uint32Array;
-  /** Box around all that has changed, low and high corner, mm; empty if nothing has. */
-  bounds: Float64Array;
 }
 
 /** Stock at a time, with the bricks that have changed since the last one. */

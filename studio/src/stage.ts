@@ -1,6 +1,7 @@
 // The 3-D view of the studio: the report's view with the machine, a second path, a frame to drag, a section plane, and a ruler.
 
 import {
+  Box2,
   Box3,
   BoxGeometry,
   type BufferAttribute,
@@ -28,7 +29,7 @@ import { FacePainter } from "./faces";
 import { PartFrame, type Placement } from "./frame";
 import { MachineModel } from "./machine";
 import type { Bricks, FaceInfo, Machine, PartFaces } from "./messages";
-import { PATCHES, RenewedPicture, SurfacePatches, boxOnScreen } from "./renewed";
+import { Budget, PATCHES, Renewal, RenewedPicture, ScreenBoxes, type Surfaces, SurfacePatches, Tiles, boxOnScreen, trianglesOf } from "./renewed";
 import { StockSurface, bricksOf, stockMaterial } from "./stock";
 import type { ToolPlace } from "./timeline";
 
@@ -76,6 +77,12 @@ function bringForward(lines: LineSegments): LineSegments {
 /** Milliseconds for which bricks of stock are taken before a frame is drawn. */
 const STEP = 3;
 
+/** Triangles that are drawn quickly in the time of a smooth one: that has four samples a pixel, and depths are drawn by themselves. */
+const SMOOTH = 5;
+
+/** Milliseconds without a change after which edges are drawn smoothly. */
+const REST = 200;
+
 /** Frees the memory that an object has on the graphics card. */
 const free = (object: Object3D) => object.traverse((one) => (one as Partial<Mesh>).geometry?.dispose());
 
@@ -110,10 +117,21 @@ export async function warmUp(): Promise<void> {
   stage.still.compile(stage.scene, stage.camera);
   // Graphics without a card compile once more when they draw.
   if (isStill()) stage.renderer.setSize(SMALL, SMALL);
+  stage.part.add(stock);
   for (const changes of ["some", "moving"] as const) {
     await pause();
     if (isStill()) stage.renderAtOnce(changes);
   }
+  // Places that are drawn anew have a target of their own.
+  const { still, scene, camera } = stage;
+  const surfaces = { scene, camera, all: [], layer: SURFACE };
+  for (const one of [stage.mesh, stage.lines.tip, stage.marker, stock] as Mesh[]) {
+    await pause();
+    if (isStill()) still.compileQuickly(one, surfaces);
+  }
+  await pause();
+  const whole = new Box2(new Vector2(), new Vector2(SMALL, SMALL));
+  if (isStill()) new Renewal(still, surfaces, [stage.mesh], [whole]).step(Infinity);
   if (isStill()) stage.dispose();
 }
 
@@ -132,10 +150,18 @@ export class Stage extends View {
   private second: { paths: Record<keyof ComparedPaths, LineSegments>; tool: Group } | null = null;
   private frame: PartFrame | null = null;
   private stock: StockSurface | null = null;
-  /** Around all that is to be drawn anew of the stock. */
-  private readonly renewed = new Box3();
+  /** Around what has changed of the stock since it was drawn. */
+  private renewed: Box3[] = [];
   /** All bricks of a change are there: it can be drawn. */
   private isRenewed = false;
+  /** Tiles of the picture that are not up to date, and those that are but for smooth edges. */
+  private readonly stale = new Tiles();
+  private readonly rough = new Tiles();
+  private readonly boxes = new ScreenBoxes();
+  private readonly budget = new Budget();
+  private renewal: Renewal | null = null;
+  private resting = 0;
+  private isResting = false;
   private patches: SurfacePatches | null = null;
   private readonly bench = new Group();
 
@@ -181,6 +207,7 @@ export class Stage extends View {
 
   place(tool: ToolPlace, axes: number[] | null): void {
     this.axes = axes;
+    this.stir();
     this.placeTool(tool);
     this.arrange();
     // Without them the tool alone has moved.
@@ -263,11 +290,9 @@ export class Stage extends View {
   async changeStock(bricks: Bricks): Promise<void> {
     const { stock } = this;
     if (!stock) return;
-    const { bounds } = bricks;
-    if (bounds.length > 0) this.renewed.union(new Box3(new Vector3().fromArray(bounds), new Vector3().fromArray(bounds, 3)));
     let begin = performance.now();
     for (const brick of bricksOf(bricks)) {
-      stock.take(brick);
+      this.renewed.push(...stock.take(brick));
       if (performance.now() - begin < STEP) continue;
       await new Promise(requestAnimationFrame);
       if (this.stock !== stock) return;
@@ -275,27 +300,66 @@ export class Stage extends View {
     }
     this.scene.updateMatrixWorld(true);
     this.isRenewed = true;
+    this.stir();
     this.drawMoving();
-    // One frame shows it before more is asked for.
-    await new Promise(requestAnimationFrame);
+    // It is seen before more is asked for.
+    do await new Promise(requestAnimationFrame);
+    while (this.stock === stock && (this.isRenewed || this.renewal || !this.stale.isEmpty));
   }
 
-  /** Draws the place in which the stock has changed anew, where the rest of the picture is as it was. */
+  /** Something moves: smooth edges wait until nothing has for a moment. */
+  private stir(): void {
+    this.isResting = false;
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => {
+      this.isResting = true;
+      if (!this.rough.isEmpty) this.drawMoving();
+    }, REST);
+  }
+
+  /** Draws places in which the stock has changed anew, some triangles a frame, where the rest of the picture is as it was. */
   private renewStill(): void {
-    const isSeen = this.stock?.group.visible && !this.renewed.isEmpty();
-    if (isSeen && this.still.isFresh) {
-      this.patches ??= this.makePatches();
-      const size = this.renderer.getSize(new Vector2());
-      const box = boxOnScreen(this.renewed, this.part, this.camera, size);
-      this.patches.showWithin(box, this.camera, size);
-      const showAll = this.stock!.showWithin(box, this.camera, size);
-      this.still.renew(this.scene, this.camera, box, PATCHES);
-      showAll();
-    } else if (isSeen) {
-      this.still.isFresh = false;
-    }
+    const size = this.renderer.getSize(new Vector2());
+    if (this.isRenewed && this.stock?.group.visible) for (const box of this.renewed) this.stale.mark(boxOnScreen(box, this.part, this.camera, size));
+    if (this.isRenewed) this.renewed = [];
     this.isRenewed = false;
-    this.renewed.makeEmpty();
+    const isWaiting = this.renewal || !this.stale.isEmpty;
+    if (!isWaiting && (!this.isResting || this.rough.isEmpty)) return;
+    this.budget.frame(performance.now());
+    this.patches ??= this.makePatches();
+    if (isWaiting) this.renewQuickly(size);
+    else this.renewSmoothly(size);
+    const isWhole = !this.renewal && this.rough.isEmpty;
+    this.host.dataset.picture = isWhole ? "whole" : "coarse";
+    if (this.renewal || (this.isResting && !isWhole)) this.drawMoving();
+  }
+
+  private renewQuickly(size: Vector2): void {
+    if (!this.renewal) {
+      const places = [...this.stale.takeAll()];
+      this.renewal = new Renewal(this.still, this.surfaces, this.seenWithin(places, size), places);
+    }
+    if (!this.renewal.step(this.budget.triangles)) return;
+    for (const place of this.renewal.places) this.rough.mark(place);
+    this.renewal = null;
+  }
+
+  private renewSmoothly(size: Vector2): void {
+    let left = this.budget.triangles / SMOOTH;
+    for (let box = this.rough.take(1); box; box = left > 0 ? this.rough.take(1) : null) {
+      const seen = this.seenWithin([box], size);
+      this.still.renew(this.surfaces, seen, box);
+      for (const one of seen) left -= trianglesOf(one);
+    }
+  }
+
+  private get surfaces(): Surfaces {
+    return { scene: this.scene, camera: this.camera, all: [...this.stock!.meshes, ...this.patches!.all], layer: PATCHES };
+  }
+
+  private seenWithin(places: Box2[], size: Vector2): Mesh[] {
+    const shown = [...this.stock!.meshes, ...this.patches!.shown];
+    return shown.filter((one) => this.boxes.isWithin(one, places, this.camera, size));
   }
 
   private makePatches(): SurfacePatches {
@@ -306,7 +370,7 @@ export class Stage extends View {
   }
 
   override renderAtOnce(changes: string | null): void {
-    if (this.isRenewed && changes === "moving") this.renewStill();
+    this.renewChanged(changes);
     super.renderAtOnce(changes);
   }
 
@@ -314,8 +378,18 @@ export class Stage extends View {
     const { isBusy } = this.gradual as unknown as { isBusy: boolean };
     // What is on its way may have the stock from before: the change is drawn into it when it is complete.
     if (this.isRenewed && isBusy) requestAnimationFrame(() => this.drawMoving());
-    else if (this.isRenewed && changes === "moving") this.renewStill();
+    else this.renewChanged(changes);
     super.renderGradually(changes);
+  }
+
+  /** Draws what has changed of the stock, unless all is drawn. */
+  private renewChanged(changes: string | null): void {
+    if (changes === "moving" && this.still.isFresh) return this.renewStill();
+    for (const one of [this.stale, this.rough, this.boxes]) one.clear();
+    this.renewal = null;
+    // Of a change that is not complete more is to come.
+    if (this.isRenewed) this.renewed = [];
+    this.isRenewed = false;
   }
 
   // A second program.
@@ -478,6 +552,7 @@ export class Stage extends View {
   /** Frees the memory of the graphics card: a page may open many results. */
   dispose(): void {
     this.stock = null;
+    clearTimeout(this.resting);
     this.endPlacing();
     (this.gradual as { dispose(): void } | null)?.dispose();
     this.still.free();

@@ -1,9 +1,8 @@
 // Stock as it is cut: the bricks of its surface, and the time at which they are.
 
-import { type Box2, BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshStandardMaterial } from "three";
+import { type Box3, BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshStandardMaterial } from "three";
 import type { Bricks, StockCut } from "./messages";
-import { hideBeside } from "./renewed";
-import type { Camera, Vector2 } from "three";
+import { PATCHES } from "./renewed";
 
 /** Warm grey of raw material: no deviation, tool or fixture has it. */
 const STOCK_COLOUR = "#c8b898";
@@ -49,28 +48,31 @@ export class StockSurface {
     return this.bricks.size;
   }
 
-  /** Puts a brick in the place of the one with its number. */
-  take({ number, positions, triangles }: Brick): void {
+  /** Puts a brick in the place of the one with its number; returns the boxes around both. */
+  take({ number, positions, triangles }: Brick): Box3[] {
     const before = this.bricks.get(number);
+    const changed = before ? [before.geometry.boundingBox!] : [];
     if (before) {
       this.group.remove(before);
       before.geometry.dispose();
       this.bricks.delete(number);
     }
-    if (triangles.length === 0) return;
+    if (triangles.length === 0) return changed;
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(positions, 3));
     geometry.setIndex(new BufferAttribute(positions.length / 3 < 65_536 ? new Uint16Array(triangles) : triangles, 1));
     geometry.computeBoundingBox();
     geometry.computeBoundingSphere();
     const mesh = new Mesh(geometry, this.material);
+    mesh.matrixAutoUpdate = false;
+    mesh.layers.enable(PATCHES);
     this.group.add(mesh);
     this.bricks.set(number, mesh);
+    return [...changed, geometry.boundingBox!];
   }
 
-  /** Hides the bricks that are beside a box on the screen; returns what shows them again. */
-  showWithin(box: Box2, camera: Camera, size: Vector2): () => void {
-    return hideBeside([...this.bricks.values()], box, camera, size);
+  get meshes(): Mesh[] {
+    return [...this.bricks.values()];
   }
 }
 

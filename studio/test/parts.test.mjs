@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
+import { Box2, Vector2 } from "three";
 import { createServer } from "vite";
 
 const root = new URL("..", import.meta.url).pathname;
@@ -15,7 +16,7 @@ const { Timeline } = await vite.ssrLoadModule("/src/timeline.ts");
 const { PlacedPasses } = await vite.ssrLoadModule("/src/placed.ts");
 const { comparePaths, timeThere } = await vite.ssrLoadModule("/src/compare.ts");
 const { StockFollower, StockSurface, bricksOf } = await vite.ssrLoadModule("/src/stock.ts");
-const { patchesOf } = await vite.ssrLoadModule("/src/renewed.ts");
+const { Tiles, patchesOf } = await vite.ssrLoadModule("/src/renewed.ts");
 const { kindOf, refusalOf, warningOf, words } = await vite.ssrLoadModule("/src/files.ts");
 
 /** Pairs of lines that are shared, counted from 1. */
@@ -182,7 +183,7 @@ const changes = (...bricks) => {
   const positions = bricks.flatMap(([number, fans]) => (fans === 0 ? [] : Array.from({ length: fans + 2 }, (_, at) => corner(number, at)).flat()));
   const triangles = bricks.flatMap(([, fans]) => Array.from({ length: fans }, (_, at) => [0, at + 1, at + 2]).flat());
   const counts = bricks.flatMap(([number, fans]) => [number, fans === 0 ? 0 : fans + 2, fans]);
-  return { counts: Uint32Array.from(counts), positions: Float32Array.from(positions), triangles: Uint32Array.from(triangles), bounds: new Float64Array() };
+  return { counts: Uint32Array.from(counts), positions: Float32Array.from(positions), triangles: Uint32Array.from(triangles) };
 };
 
 test("bricks of stock take the place of those with their number", () => {
@@ -208,6 +209,24 @@ test("patches of a surface have its triangles, each within its bounds", () => {
   }
 });
 
+test("tiles of a picture that are marked are taken once, and those beside each other together", () => {
+  const box = (...ends) => new Box2(new Vector2(ends[0], ends[1]), new Vector2(ends[2], ends[3]));
+  const tiles = new Tiles();
+  const marked = [box(10, 10, 300, 20), box(70, 60, 71, 200), box(500, 130, 510, 140), box(640, 0, 704, 64), box(5, 5, 4, 9)];
+  for (const one of marked) tiles.mark(one);
+  const taken = [...tiles.takeAll()];
+  assert.ok(tiles.isEmpty && tiles.take(1) === null);
+  const area = ({ min, max }) => (max.x - min.x) * (max.y - min.y);
+  // Five in a row, three more below the second, and two alone; the last box is empty.
+  assert.equal(taken.reduce((sum, one) => sum + area(one), 0), 10 * 64 * 64);
+  assert.deepEqual(taken.map(({ min, max }) => [min.x, min.y, max.x, max.y])[0], [0, 0, 320, 64]);
+  for (const one of marked.slice(0, 4)) {
+    for (const x of [one.min.x, one.max.x - 0.5]) for (const y of [one.min.y, one.max.y - 0.5]) assert.ok(taken.some((other) => other.containsPoint(new Vector2(x, y))), `${x}, ${y}`);
+  }
+  tiles.mark(box(0, 0, 300, 10));
+  assert.deepEqual([tiles.take(2), tiles.take(1), tiles.take(9)].map((one) => one.max.x - one.min.x), [128, 64, 128]);
+});
+
 test("stock is asked for the newest time alone, and comes to it in parts", async () => {
   const asked = [];
   const behind = [];
@@ -220,18 +239,22 @@ test("stock is asked for the newest time alone, and comes to it in parts", async
   };
   const follower = new StockFollower(ends, 0);
   const settled = () => new Promise((resolve) => setTimeout(resolve, 50));
+  // A busy machine takes its time.
+  const asks = async (count) => {
+    while (asked.length < count) await settled();
+  };
   for (const time of [1, 2, 3]) follower.seek(time);
   assert.deepEqual(asked, [1]);
   answer();
-  await settled();
+  await asks(2);
   assert.deepEqual(asked, [1, 3]);
   // Half of the way: the rest is asked for, unless another time is wanted meanwhile.
   answer(2.5);
-  await settled();
+  await asks(3);
   assert.deepEqual(asked, [1, 3, 3]);
   follower.seek(0);
   answer(2.8);
-  await settled();
+  await asks(4);
   answer();
   await settled();
   assert.deepEqual(asked, [1, 3, 3, 0]);
