@@ -25,6 +25,7 @@ import { BufferAttribute as Attribute } from "three";
 import { SURFACE } from "../../viewer/src/layers.js";
 import { TOOL_COLOUR, View, makeRenderer, setMoving, toolMesh } from "../../viewer/src/scene.js";
 import type { ComparedPaths } from "./compare";
+import { lightCorners } from "./cornerlit";
 import { FacePainter } from "./faces";
 import { PartFrame, type Placement } from "./frame";
 import { MachineModel } from "./machine";
@@ -169,6 +170,7 @@ export class Stage extends View {
   constructor(host: HTMLElement, data: object) {
     shared ??= makeShared();
     super(host, data, shared.renderer, shared.still);
+    lightCorners(this.tool as Group);
     this.renderer.clippingPlanes = [];
     this.bench.matrixAutoUpdate = false;
     this.part.matrixAutoUpdate = false;
@@ -406,6 +408,7 @@ export class Stage extends View {
       const paths = { shared: lineSegments(shared), first: lineSegments(first), second: lineSegments(other) };
       const tool = new Group();
       tool.add(...second.tools.map(toolMesh));
+      lightCorners(tool);
       setMoving(tool);
       this.part.add(...Object.values(paths), tool);
       this.second = { paths, tool };
