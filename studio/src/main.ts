@@ -1,8 +1,5 @@
 // Starts the studio: files, work, result, and the time that all parts share.
 
-import "../../viewer/src/theme.css";
-import "../../viewer/src/parts.css";
-import "./studio.css";
 import { Charts } from "../../viewer/src/charts.js";
 import { inTolerances, micrometres } from "../../viewer/src/colour.js";
 import { deviationAt } from "../../viewer/src/data.js";
