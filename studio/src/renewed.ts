@@ -140,31 +140,41 @@ export class SurfacePatches {
   }
 }
 
+/** Box around the corners of triangles. Numbers alone: an object for every corner would hold the page. */
+function boundsOf(triangles: ArrayLike<number>, positions: ArrayLike<number>): Box3 {
+  const [low, high] = [new Vector3().setScalar(Infinity).toArray(), new Vector3().setScalar(-Infinity).toArray()];
+  for (let at = 0; at < triangles.length; at += 1) {
+    const from = 3 * triangles[at]!;
+    for (let k = 0; k < 3; k += 1) {
+      const x = positions[from + k]!;
+      if (x < low[k]!) low[k] = x;
+      if (x > high[k]!) high[k] = x;
+    }
+  }
+  return new Box3(new Vector3(...low), new Vector3(...high));
+}
+
 /** Divides triangles by where their first corners are. */
 export function patchesOf(triangles: ArrayLike<number>, positions: ArrayLike<number>): { triangles: Uint32Array<ArrayBuffer>; bounds: Box3 }[] {
-  const whole = new Box3();
-  const corner = new Vector3();
-  for (let at = 0; at < triangles.length; at += 1) whole.expandByPoint(corner.fromArray(positions, 3 * triangles[at]!));
-  const step = Math.max(...whole.getSize(corner)) / ALONG || 1;
-  const place = (vertex: number) => [0, 1, 2].reduce((sum, k) => sum * (ALONG + 1) + Math.floor((positions[3 * vertex + k]! - whole.min.getComponent(k)) / step), 0);
-  const lists = new Map<number, number[]>();
-  for (let at = 0; at < triangles.length; at += 3) {
-    const key = place(triangles[at]!);
-    const list = lists.get(key);
-    if (list) list.push(at);
-    else lists.set(key, [at]);
-  }
-  return [...lists.values()].map((list) => {
-    const patch = new Uint32Array(3 * list.length);
-    const bounds = new Box3();
-    list.forEach((from, to) => {
-      for (let k = 0; k < 3; k += 1) {
-        patch[3 * to + k] = triangles[from + k]!;
-        bounds.expandByPoint(corner.fromArray(positions, 3 * triangles[from + k]!));
-      }
-    });
-    return { triangles: patch, bounds };
+  const whole = boundsOf(triangles, positions);
+  const low = whole.min.toArray();
+  const step = Math.max(...whole.getSize(new Vector3())) / ALONG || 1;
+  const across = ALONG + 1;
+  const cell = (vertex: number, k: 0 | 1 | 2) => Math.floor((positions[3 * vertex + k]! - low[k]) / step);
+  const places = Uint32Array.from({ length: triangles.length / 3 }, (_, at) => {
+    const vertex = triangles[3 * at]!;
+    return (cell(vertex, 0) * across + cell(vertex, 1)) * across + cell(vertex, 2);
   });
+  const counts = new Uint32Array(across ** 3);
+  for (const place of places) counts[place]! += 1;
+  const patches = Array.from(counts, (count) => new Uint32Array(3 * count));
+  counts.fill(0);
+  places.forEach((place, at) => {
+    const to = 3 * counts[place]!;
+    for (let k = 0; k < 3; k += 1) patches[place]![to + k] = triangles[3 * at + k]!;
+    counts[place]! += 1;
+  });
+  return patches.filter(({ length }) => length > 0).map((patch) => ({ triangles: patch, bounds: boundsOf(patch, positions) }));
 }
 
 /** Longest and shortest that a frame should take [ms]: between them the number of triangles stays. */
