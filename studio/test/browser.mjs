@@ -115,10 +115,12 @@ async function sample(url, name, { passes, words }) {
   await becomes(page, at + 1, at + 3);
   await page.mouse.up();
   await becomes(page, at + 5, at + 5);
+  await page.locator(`#program [data-line="${at}"]`).click();
+  await becomes(page, at, at);
   const time = await clock(page);
   await page.keyboard.press(".");
   assert.ok((await clock(page)) >= time);
-  await becomes(page, at + 6, at + 8);
+  await becomes(page, at + 1, at + 3);
   await movesAlone(page, name);
   return { page, errors, context };
 }

@@ -55,6 +55,8 @@ export async function open(url, options = {}, of = browser) {
   });
   page.on("pageerror", (error) => errors.push(String(error)));
   await page.goto(url);
+  // Its program is read after the first paint, and the gallery is made by it.
+  await page.locator("#samples button").first().waitFor({ state: "attached" });
   return { page, errors, context };
 }
 
