@@ -81,6 +81,9 @@ const STEP = 3;
 /** Triangles that are drawn quickly in the time of a smooth one: that has four samples a pixel, and depths are drawn by themselves. */
 const SMOOTH = 5;
 
+/** Least triangles a frame while the tool stands still: frames may take longer, and the stock is sooner there. */
+const ALONE = 80_000;
+
 /** Milliseconds without a change after which edges are drawn smoothly. */
 const REST = 200;
 
@@ -162,6 +165,8 @@ export class Stage extends View {
   private readonly budget = new Budget();
   private renewal: Renewal | null = null;
   private resting = 0;
+  /** When the tool moved last [ms]. */
+  private moved = -Infinity;
   private isResting = false;
   private patches: SurfacePatches | null = null;
   private readonly bench = new Group();
@@ -209,6 +214,7 @@ export class Stage extends View {
 
   place(tool: ToolPlace, axes: number[] | null): void {
     this.axes = axes;
+    this.moved = performance.now();
     this.stir();
     this.placeTool(tool);
     this.arrange();
@@ -341,7 +347,8 @@ export class Stage extends View {
       const places = [...this.stale.takeAll()];
       this.renewal = new Renewal(this.still, this.surfaces, this.seenWithin(places, size), places);
     }
-    if (!this.renewal.step(this.budget.triangles)) return;
+    const isAlone = performance.now() - this.moved > REST;
+    if (!this.renewal.step(Math.max(this.budget.triangles, isAlone ? ALONE : 0))) return;
     for (const place of this.renewal.places) this.rough.mark(place);
     this.renewal = null;
   }
