@@ -3,8 +3,8 @@
 use super::cost::PassCost;
 use super::place::sharp_corner::SharpCorner;
 use super::place::tool_fit::{
-    ContactPoint, PoseOrder, PoseSearch, fitting_pose_along, fitting_pose_near, is_hollow,
-    largest_ball,
+    ContactPoint, PoseOrder, PoseSearch, fitting_pose_along, fitting_pose_flush, fitting_pose_near,
+    is_hollow, largest_ball,
 };
 use super::prove::part_faces::{KeepOff, PartFaces};
 use crate::cutter::{Cutter, ToolBody};
@@ -67,6 +67,21 @@ impl<'a> ToolAccess<'a> {
         sample: &FaceSample,
     ) -> Result<ToolPose, UncutReason> {
         fitting_pose_along(&self.keep_off(index), &contact(sample), self.cutter, axis)
+    }
+
+    /// Returns the pose nearest to an axis in which the flank or the flat underside of the cutter lies along a plane, the face at
+    /// `index`, at a sample and all of the tool keeps off the part, within reach of the machine.
+    ///
+    /// # Errors
+    ///
+    /// The reason why there is none.
+    pub fn pose_flush(
+        &self,
+        axis: &UnitVector3<f64>,
+        index: usize,
+        sample: &FaceSample,
+    ) -> Result<ToolPose, UncutReason> {
+        fitting_pose_flush(&self.keep_off(index), &contact(sample), self.cutter, axis)
     }
 
     /// Returns `true` if a ball of a radius \[mm\] that touches a sample of the face at `index` goes into that face

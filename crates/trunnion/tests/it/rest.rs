@@ -549,6 +549,35 @@ fn a_dome_is_finished_down_to_its_foot_by_few_passes() {
     assert!(covering.passes.len() <= 70, "{} passes", covering.passes.len());
 }
 
+/// A ball of 6 mm that touches dome and floor has its centre at 26 of 46 mm, and finishes about 0.4 mm of the dome below its
+/// contact. Lines of constant parameters end up to a strip above that, and lines across them would be hundreds of strokes.
+#[test]
+fn a_ball_goes_along_the_foot_of_a_dome() {
+    let (dome, floor) = dome_on_a_floor();
+    let options = CoverOptions {
+        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
+        path_share: 0.001,
+        lean: ToolInclination { angle: 0.175, towards: None },
+        ..options(PlacementMethod::Inclined)
+    };
+    let faces = (std::slice::from_ref(&dome), std::slice::from_ref(&floor));
+    let covering = beside_all(faces, &cutter([0.0, 6.0]), &options).unwrap();
+    let lowest = 40.0 * 26.0 / 46.0;
+    let top = covering.report.rest.iter().map(|rest| rest.bounds[1].z).fold(0.0, f64::max);
+    assert!(top < lowest - 0.25 && top > 20.0, "{top} of {lowest}");
+    let contacts = covering.passes.iter().flat_map(|pass| &pass.stations);
+    let least = contacts.map(|station| station.contact.z).fold(f64::INFINITY, f64::min);
+    assert!((least - lowest).abs() < 0.02, "{least} of {lowest}");
+    // The arc along the foot is 51 mm long.
+    let along = |pass: &&Pass| {
+        let ends = [&pass.stations[0], &pass.stations[pass.stations.len() - 1]];
+        ends.iter().all(|station| station.contact.z < lowest + 0.4)
+            && (ends[0].contact - ends[1].contact).norm() > 40.0
+    };
+    assert!(covering.passes.iter().any(|pass| along(&pass)), "no pass along the foot");
+    assert!(covering.passes.len() <= 90, "{} passes", covering.passes.len());
+}
+
 /// A rounded edge of 6 mm that stands upright on a floor, 30 mm long.
 fn rounded_edge_on_a_floor() -> (FaceIndex, FaceIndex) {
     use std::f64::consts::FRAC_PI_2;

@@ -1,23 +1,27 @@
 //! Passes along sharp corners of a face, row after row from the corner into the face.
 //!
 //! A cutter with a round end leaves a strip beside every sharp corner. The edge of a flat end mill gets into it, if the tool
-//! leans square to the other face: lines of constant parameters through the strip have the tool turn and lift, rows along
-//! the corner do not.
+//! leans square to the other face, and a round end gets as near as it touches both faces. Lines of constant parameters through
+//! the strip have the tool turn and lift, rows along the corner do not.
 
 use crate::cover::layout::border_line::border_lines;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::sharp_corner::SharpCorner;
-use crate::cover::place::spots::SPACING;
-use crate::cover::place::tool_fit::{ContactPoint, PoseOrder};
+use crate::cover::place::spots::{SPACING, small_cells};
+use crate::cover::place::tool_fit::{
+    ContactGap, ContactPoint, PoseOrder, has_flank, keeps_off_others,
+};
 use crate::cover::place::touch_up::{ChainPlanner, SpotPass, add_passes, may_fit, split};
 use crate::cutter::ConvexSolid;
+use crate::math;
 use crate::positioning::ToleranceBand;
-use crate::surface::{Face, FaceSample};
+use crate::surface::FaceSample;
 use crate::types::{Interval, Station, ToolPose, UncutRegion};
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
 
 /// Fewest and most points of a border: farther apart than usual on a very long one.
 const FEW: f64 = 8.0;
@@ -32,9 +36,6 @@ const CLOSE: f64 = 0.5 * SPACING;
 /// Distance of the first row from the other face, above the lower end of the band, as a share of the band.
 const FIRST: f64 = 0.25;
 
-/// Parts into which a cell is divided each way, at most.
-const PARTS: f64 = 64.0;
-
 /// Rows beside a corner, at most.
 const ROWS: usize = 60;
 
@@ -44,11 +45,15 @@ const STEP: f64 = 0.1;
 /// Share of the strip of a row after which the next one follows.
 const OVERLAP: f64 = 0.9;
 
+/// Precision of the first row of a round end, as a share of a narrow strip.
+const TANGENT: f64 = 0.01;
+
 /// Point of a border in a sharp corner.
 #[derive(Debug, Clone, Copy)]
 struct CornerPoint {
     uv: [f64; 2],
     point: Point3<f64>,
+    normal: UnitVector3<f64>,
     /// Direction into the face, of unit length.
     inward: Vector3<f64>,
     /// Sine of the angle by which the face rises from the other one.
@@ -58,9 +63,11 @@ struct CornerPoint {
 }
 
 impl CornerPoint {
-    /// Returns a pose that leans square to the corner.
-    fn square(&self) -> ToolPose {
-        ToolPose { tip: self.point, axis: Unit::new_unchecked(self.inward) }
+    /// Returns a pose that leans by an angle \[rad\], square to the corner and away from it.
+    fn leaning(&self, angle: f64) -> ToolPose {
+        let (sin, cos) = math::sin_cos(angle);
+        let axis = self.normal.scale(cos) + self.inward.scale(sin);
+        ToolPose { tip: self.point, axis: Unit::new_normalize(axis) }
     }
 }
 
@@ -71,7 +78,9 @@ pub(crate) fn follow_corners<Inside: Fn(ChartPoint) -> bool + Sync>(
     placed: &mut PlacedPasses,
 ) -> usize {
     let parts: Vec<&UncutRegion> = placed.report.rest.iter().filter(|part| may_fit(part)).collect();
-    let left = LeftBesideCorners { parts: &parts, most: context.setup.cutter.radius() };
+    // A round end touches both faces of a right angle at its radius from the corner, of a sharper one farther away.
+    let cutter = context.setup.cutter;
+    let left = LeftBesideCorners { parts: &parts, most: cutter.radius() + cutter.minor() };
     let passes: Vec<SpotPass> = corners(context, left)
         .par_iter()
         .flat_map_iter(|corner| CornerRows { context, corner }.passes())
@@ -118,7 +127,7 @@ fn corner_point<Inside: Fn(ChartPoint) -> bool + Sync>(
     let near = NEAR * context.narrow();
     let SharpCorner { inward, other } = SharpCorner::find(&context.keep_off(), &contact, near)?;
     let rise = inward.dot(&other);
-    Some(CornerPoint { uv: [uv.u, uv.v], point: *point, inward, rise, depth: 0.0 })
+    Some(CornerPoint { uv: [uv.u, uv.v], point: *point, normal: *normal, inward, rise, depth: 0.0 })
 }
 
 /// Sets the depth of each corner point to that of the cells of some regions which are nearer to it than to the others.
@@ -157,27 +166,6 @@ fn mark_depths<Inside: Fn(ChartPoint) -> bool + Sync>(
     }
 }
 
-/// Divides a cell to parts of about a size \[mm\].
-fn small_cells(face: &Face, [u, v]: [Interval; 2], size: f64) -> Vec<[Interval; 2]> {
-    // Step 1: the longest of three lines each way, by halves: an end may be a pole, and a line round the face ends as it begins.
-    let length = |ends: [Point3<f64>; 3]| (ends[1] - ends[0]).norm() + (ends[2] - ends[1]).norm();
-    let three = |range: Interval| [range.low, range.middle(), range.high];
-    let across = three(v).map(|v| length(three(u).map(|u| face.point(u, v))));
-    let along = three(u).map(|u| length(three(v).map(|v| face.point(u, v))));
-    // Step 2: as many parts as that needs.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let [us, vs] = [across, along].map(|lengths| {
-        let longest = lengths.into_iter().fold(0.0, f64::max);
-        (longest / size).ceil().clamp(1.0, PARTS) as u32
-    });
-    let part = |range: Interval, i: u32, count: u32| {
-        let [low, high] = [i, i + 1].map(|i| range.at(f64::from(i) / f64::from(count)));
-        Interval::new(low, high)
-    };
-    let of_row = move |i: u32| (0..vs).map(move |j| [part(u, i, us), part(v, j, vs)]);
-    (0..us).flat_map(of_row).collect()
-}
-
 /// Returns the runs of consecutive points beside which something is left. One that goes all round ends where it begins.
 fn runs(points: &[Option<CornerPoint>]) -> Vec<Vec<CornerPoint>> {
     let open = |point: &Option<CornerPoint>| point.filter(|point| point.depth > 0.0);
@@ -203,7 +191,14 @@ struct CornerRows<'a, 'b, Inside> {
 impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
     /// Returns the passes of all rows, from the corner on.
     fn passes(&self) -> Vec<SpotPass> {
-        let planner = ChainPlanner { context: self.context, order: PoseOrder::Widest };
+        let cutter = self.context.setup.cutter;
+        // The strip of a ball is as wide on both sides of its contact, and all its inclinations cut the same.
+        let (order, lean, sides) = if has_flank(cutter) {
+            (PoseOrder::Widest, FRAC_PI_2, 1.0)
+        } else {
+            (PoseOrder::AsBefore, self.context.options.lean.angle, 2.0)
+        };
+        let planner = ChainPlanner { context: self.context, order };
         let least = STEP * self.context.narrow();
         let mut passes = Vec::new();
         let mut row: Vec<Option<CornerPoint>> =
@@ -216,15 +211,16 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
             for chain in row.split(Option::is_none).filter(|chain| !chain.is_empty()) {
                 let points: Vec<CornerPoint> = chain.iter().copied().flatten().collect();
                 // Each by itself: what fits at one point decides nothing at the next.
-                let square = |point: &CornerPoint| planner.station(point.uv, Some(point.square()));
-                let stations: Vec<Option<Station>> = points.par_iter().map(square).collect();
+                let station =
+                    |point: &CornerPoint| planner.station(point.uv, Some(point.leaning(lean)));
+                let stations: Vec<Option<Station>> = points.par_iter().map(station).collect();
                 let strips = points.iter().zip(&stations);
                 let strips =
                     strips.filter_map(|(point, station)| self.strip(point, station.as_ref()?));
                 strip = strips.fold(strip, f64::min);
                 passes.extend(split(&stations).iter().flat_map(|run| planner.proven_passes(run)));
             }
-            let step = if strip.is_finite() { OVERLAP * strip } else { least };
+            let step = if strip.is_finite() { sides * OVERLAP * strip } else { least };
             let next = |point: &Option<CornerPoint>| self.next((*point)?, step.max(least));
             row = row.iter().map(next).collect();
         }
@@ -233,9 +229,44 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
 
     /// Returns the point of the first row: the tool keeps its distance from the other face as well.
     fn first(&self, point: &CornerPoint) -> Option<CornerPoint> {
+        if self.context.setup.cutter.minor() > 0.0 {
+            return self.first_of_round_end(point);
+        }
         let ToleranceBand { lower, upper } = self.context.options.band;
         let step = (lower + FIRST * (upper - lower)) / point.rise;
         self.moved(*point, step.min(STEP * self.context.narrow()))
+    }
+
+    /// Returns the point nearest to the corner where a round end touches both faces; `None` if nothing is left there.
+    fn first_of_round_end(&self, point: &CornerPoint) -> Option<CornerPoint> {
+        let narrow = self.context.narrow();
+        let (keep_off, cutter) = (self.context.keep_off(), self.context.setup.cutter);
+        let gap = ContactGap { least: keep_off.least, raised: 0.0 };
+        let fits = |point: &CornerPoint| {
+            let contact = ContactPoint { point: point.point, normal: point.normal };
+            keeps_off_others(&keep_off, &contact, gap, cutter.minor())
+        };
+        // Step 1: doubling steps to a point where it fits. Half of its strip lies before that.
+        let (mut bad, mut good) = (0.0, STEP * narrow);
+        let mut first = loop {
+            let moved = self.moved(*point, good)?;
+            if fits(&moved) {
+                break moved;
+            }
+            if good - 0.5 * narrow > point.depth {
+                return None;
+            }
+            (bad, good) = (good, 2.0 * good);
+        };
+        // Step 2: bisection towards the corner.
+        while good - bad > TANGENT * narrow {
+            let middle = 0.5 * (bad + good);
+            match self.moved(*point, middle).filter(fits) {
+                Some(moved) => (good, first) = (middle, moved),
+                None => bad = middle,
+            }
+        }
+        (good - 0.5 * narrow < point.depth).then_some(first)
     }
 
     /// Returns the point a step \[mm\] farther from the corner; `None` where nothing is left beyond the strip before.
@@ -253,6 +284,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
         Some(CornerPoint {
             uv: [u, v],
             point: face.face().point(u, v),
+            normal,
             inward: inward.try_normalize(f64::MIN_POSITIVE)?,
             depth: point.depth - step,
             ..point

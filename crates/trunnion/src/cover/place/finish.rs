@@ -6,14 +6,17 @@ use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
 use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cover::place::context::FaceContext;
+use crate::cover::place::corner_rows::follow_corners;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
-use crate::cover::place::tool_fit::PoseOrder;
+use crate::cover::place::spots::spot_areas;
+use crate::cover::place::tool_fit::{ContactGap, ContactPoint, PoseOrder, keeps_off_others};
 use crate::cover::place::touch_up::{
-    OpenRegion, SpotPass, add_passes, may_fit, spots_price, touch_up,
+    OpenRegion, SpotPass, add_passes, may_fit, room, spots_price, touch_up,
 };
 use crate::cover::place::trim::SpanProof;
 use crate::types::{Interval, UncutRegion};
+use rayon::prelude::*;
 
 /// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
 /// should take, as where the tool has to keep off something many inclinations are tried.
@@ -48,18 +51,54 @@ pub(crate) fn leaves_little<Inside: Fn(ChartPoint) -> bool + Sync>(
         && spots_price(context, placed) <= CHEAP * placed.price()
 }
 
-/// Finishes the material that passes have left: spots by short passes, larger regions by passes across first.
+/// Finishes the material that passes have left: spots by short passes, larger regions by rows along corners, or passes across
+/// first.
 pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     cross: &FaceContext<'_, Inside>,
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
-    if placed.left() > SPOTS * placed.report.area {
+    let most = SPOTS * placed.report.area;
+    // Passes beside a corner end up to one advance before it: a row along it is one pass, passes across are many.
+    let is_ball = cross.setup.cutter.touches_in_one_point() && !cross.setup.cutter.is_barrel();
+    if is_ball && within_reach(cross, &placed) > most && follow_corners(cross, &mut placed) > 0 {
+        measure_rest(cross, &mut placed);
+    }
+    if within_reach(cross, &placed) > most {
         let filled = fill_across(cross, &placed)?;
         if placed.leaves_more(&filled) {
             placed = filled;
         }
     }
     touch_up_rounds(cross, placed)
+}
+
+/// Returns the area of what is left where the corner of the cutter keeps off all other faces \[mm²\].
+pub(crate) fn within_reach<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &PlacedPasses,
+) -> f64 {
+    let fitting = placed.report.rest.iter().filter(|part| may_fit(part));
+    fitting.map(|part| area_within_reach(context, part)).sum()
+}
+
+/// Returns the area of a region where the corner of the cutter keeps off all other faces, raised as far as it may be \[mm²\].
+fn area_within_reach<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    part: &UncutRegion,
+) -> f64 {
+    let (face, keep_off) = (context.face, context.keep_off().rough());
+    let gap = ContactGap { least: keep_off.least, raised: room(context) };
+    let fits = |uv: &[f64; 2]| {
+        let contact = ContactPoint::new(face, *uv).filter(|_| face.face().contains(uv[0], uv[1]));
+        contact.is_some_and(|contact| {
+            keeps_off_others(&keep_off, &contact, gap, context.setup.cutter.minor())
+        })
+    };
+    let areas = spot_areas(context, part);
+    let fitting =
+        areas.par_iter().map(|spot| if spot.points.iter().any(fits) { spot.area } else { 0.0 });
+    // Added in order, so that the sum is the same on any number of threads.
+    fitting.collect::<Vec<f64>>().iter().sum()
 }
 
 /// Adds short passes over regions that are left, to each as long as they finish some of it.
@@ -73,8 +112,10 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
         PoseOrder::Square
     };
     let opened = |part: UncutRegion| OpenRegion { part, order: first };
+    // Regions that the corner gets to nowhere are not touched: their measure takes long.
+    let opens = |part: &UncutRegion| may_fit(part) && area_within_reach(cross, part) > 0.0;
     let (open, mut given_up): (Vec<_>, Vec<_>) =
-        placed.report.rest.clone().into_iter().partition(may_fit);
+        placed.report.rest.clone().into_iter().partition(opens);
     let mut open: Vec<OpenRegion> = open.into_iter().map(opened).collect();
     let before = placed.passes.len();
     for _ in 0..TOUCH_UPS {
@@ -98,7 +139,7 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
                 Some(passes) if is_worthwhile(&part, &left, cross.narrow() * length(&passes)) => {
                     goes_on = true;
                     add_passes(cross, &mut placed, &passes);
-                    let (fits, not): (Vec<_>, Vec<_>) = left.into_iter().partition(may_fit);
+                    let (fits, not): (Vec<_>, Vec<_>) = left.into_iter().partition(opens);
                     next.extend(fits.into_iter().map(opened));
                     given_up.extend(not);
                 }

@@ -25,6 +25,15 @@ const BACK: f64 = 2.0;
 /// Run-out of a pass over what its strips need, as a factor.
 const RESERVE: f64 = 1.5;
 
+/// Side of a track on which the corner of the cutter fits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TrackRoom {
+    /// Over the strips before it.
+    Before,
+    /// Beyond it only.
+    Beyond,
+}
+
 impl CandidatePass<'_> {
     /// Places a station on the track or, where the tool has to keep off something, before it.
     pub(crate) fn place(
@@ -33,9 +42,11 @@ impl CandidatePass<'_> {
         limits: &LocationLimits,
         start: LocationStart<'_>,
     ) -> LocationResult {
-        self.room(arc)?;
+        let room = self.room(arc)?;
         let fixed = self.method == PlacementMethod::Inclined;
         match self.found(arc, limits, start) {
+            // An obstacle that lies behind is nearer a little way back.
+            place if room == TrackRoom::Beyond => place,
             // A pose out of reach is found at once, and a little way back is out of reach as well.
             Err(PositioningError::OutOfReach { uv }) => Err(PositioningError::OutOfReach { uv }),
             Err(error) if fixed || matches!(error, PositioningError::Neighbour { .. }) => {
@@ -64,17 +75,21 @@ impl CandidatePass<'_> {
         self.place(arc, &self.free(), LocationStart::cold(lean))
     }
 
-    /// Checks that there may be a location on the track or before it. If not even the corner of the cutter fits one
-    /// strip before the track, nothing does, and that is soon found.
-    fn room(&self, arc: f64) -> Result<(), PositioningError> {
+    /// Returns on which side of the track the corner of the cutter fits. If it fits neither a strip before the track, as where
+    /// an obstacle lies ahead, nor a strip beyond it, there is no location, and that is soon found.
+    fn room(&self, arc: f64) -> Result<TrackRoom, PositioningError> {
         if self.turned_over(arc) {
             return Err(self.apart(arc));
         }
         if self.method != PlacementMethod::Inclined {
-            return Ok(());
+            return Ok(TrackRoom::Before);
         }
-        let back = self.costs().narrow / self.rate_across();
-        self.corner_fits([self.across - back, self.track.at(arc)])
+        let step = self.costs().narrow / self.rate_across();
+        let fits = |step: f64| self.corner_fits([self.across + step, self.track.at(arc)]);
+        match fits(-step) {
+            Ok(()) => Ok(TrackRoom::Before),
+            Err(error) => fits(step).map(|()| TrackRoom::Beyond).map_err(|_| error),
+        }
     }
 
     /// Places a station before the track, over finished material, that still cuts something beyond the track.

@@ -8,9 +8,10 @@ use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::FeedDirection;
 use crate::cover::place::context::{FaceContext, FaceRequest};
 use crate::cover::place::corner_rows::follow_corners;
-use crate::cover::place::finish::{fill_across, is_left, measure_rest, touch_up_rounds};
+use crate::cover::place::finish::{
+    fill_across, is_left, measure_rest, touch_up_rounds, within_reach,
+};
 use crate::cover::place::placed::PlacedPasses;
-use crate::cover::place::tool_fit::has_flank;
 use crate::cover::place::unreachable::unreachable_cells;
 use crate::cover::prove::face_cell::FaceCell;
 use crate::cover::prove::face_tree::edge;
@@ -42,12 +43,13 @@ pub(crate) fn cover_leftover(
     let region = region_without(request.face, &chart, finished.as_ref());
     let context = FaceContext::new(*request, chart, &region);
     let mut before = untouched(&context, parts);
-    if has_flank(request.setup.cutter) && is_left(&before) {
-        let all = before.left();
-        if follow_corners(&context, &mut before) > 0 {
+    if !request.setup.cutter.is_barrel() && is_left(&before) {
+        let all = within_reach(&context, &before);
+        let rows = follow_corners(&context, &mut before);
+        if rows > 0 {
             measure_rest(&context, &mut before);
         }
-        if before.left() <= MOSTLY * all {
+        if rows > 0 && within_reach(&context, &before) <= MOSTLY * all {
             before = touch_up_rounds(&context, before)?;
             return Ok(lowered(before, parts));
         }

@@ -3,6 +3,8 @@
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::place::context::FaceContext;
 use crate::cover::prove::coverage::CoverageProof;
+use crate::cover::prove::face_cell::FaceCell;
+use crate::surface::Face;
 use crate::types::{Interval, UncutRegion};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
@@ -20,6 +22,9 @@ const ACROSS: f64 = 3.0;
 /// Distance around a cube up to which poses count for the heights in it, as a share of the cutter's radius.
 const MARGIN: f64 = 0.125;
 
+/// Parts into which a cell is divided each way, at most.
+const PARTS: f64 = 64.0;
+
 /// Spot that is left, as a point of the face.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Spot {
@@ -29,6 +34,74 @@ pub(crate) struct Spot {
 
 /// Spots by the cube of [`SPACING`] that they lie in.
 pub(crate) type SpotCubes = BTreeMap<[i64; 3], Vec<Spot>>;
+
+/// Divides a cell to parts of about a size \[mm\].
+pub(crate) fn small_cells(face: &Face, [u, v]: [Interval; 2], size: f64) -> Vec<[Interval; 2]> {
+    // Step 1: the longest of three lines each way, by halves: an end may be a pole, and a line round the face ends as it begins.
+    let length = |ends: [Point3<f64>; 3]| (ends[1] - ends[0]).norm() + (ends[2] - ends[1]).norm();
+    let three = |range: Interval| [range.low, range.middle(), range.high];
+    let across = three(v).map(|v| length(three(u).map(|u| face.point(u, v))));
+    let along = three(u).map(|u| length(three(v).map(|v| face.point(u, v))));
+    // Step 2: as many parts as that needs.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let [us, vs] = [across, along].map(|lengths| {
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        (longest / size).ceil().clamp(1.0, PARTS) as u32
+    });
+    let part = |range: Interval, i: u32, count: u32| {
+        let [low, high] = [i, i + 1].map(|i| range.at(f64::from(i) / f64::from(count)));
+        Interval::new(low, high)
+    };
+    let of_row = move |i: u32| (0..vs).map(move |j| [part(u, i, us), part(v, j, vs)]);
+    (0..us).flat_map(of_row).collect()
+}
+
+/// Area of a region in one cube.
+pub(crate) struct SpotArea {
+    /// Middles of the first, the largest and the last of its cells.
+    pub(crate) points: [[f64; 2]; 3],
+    /// \[mm²\]
+    pub(crate) area: f64,
+    largest: f64,
+}
+
+impl SpotArea {
+    fn new(uv: [f64; 2]) -> Self {
+        Self { points: [uv; 3], area: 0.0, largest: 0.0 }
+    }
+
+    fn add(&mut self, uv: [f64; 2], area: f64) {
+        self.area += area;
+        if area > self.largest {
+            (self.points[1], self.largest) = (uv, area);
+        }
+        self.points[2] = uv;
+    }
+}
+
+/// Distributes the area of a region to cubes of [`SPACING`].
+pub(crate) fn spot_areas<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    part: &UncutRegion,
+) -> Vec<SpotArea> {
+    let face = context.face.face();
+    let spacing = SPACING * context.narrow();
+    let mut cubes: BTreeMap<[i64; 3], SpotArea> = BTreeMap::new();
+    for cell in part.cells.iter().flat_map(|cell| small_cells(face, *cell, spacing)) {
+        let uv = cell.map(|range| range.middle());
+        let cube = cube_of(&face.point(uv[0], uv[1]), spacing);
+        let cell = FaceCell::new(cell.map(Interval::ends), &|[u, v]: [f64; 2]| face.point(u, v));
+        cubes.entry(cube).or_insert_with(|| SpotArea::new(uv)).add(uv, cell.area());
+    }
+    cubes.into_values().collect()
+}
+
+/// Returns the cube of a spacing \[mm\] that a point lies in.
+fn cube_of(point: &Point3<f64>, spacing: f64) -> [i64; 3] {
+    // Positions over a fraction of a millimetre: far below 2^63.
+    #[expect(clippy::cast_possible_truncation, reason = "see above")]
+    [0, 1, 2].map(|k: usize| (point[k] / spacing).floor() as i64)
+}
 
 /// Distributes the spots of a region to cubes.
 pub(crate) fn spot_cubes<Inside: Fn(ChartPoint) -> bool + Sync>(
@@ -44,10 +117,7 @@ pub(crate) fn spot_cubes<Inside: Fn(ChartPoint) -> bool + Sync>(
     let deepest = Spot { uv: part.deepest.into(), point: part.point };
     let mut cubes = SpotCubes::new();
     for spot in std::iter::once(deepest).chain(part.cells.iter().filter_map(spot)) {
-        // Positions over a fraction of a millimetre: far below 2^63.
-        #[expect(clippy::cast_possible_truncation, reason = "see above")]
-        let cube = [0, 1, 2].map(|k: usize| (spot.point[k] / spacing).floor() as i64);
-        cubes.entry(cube).or_default().push(spot);
+        cubes.entry(cube_of(&spot.point, spacing)).or_default().push(spot);
     }
     cubes
 }

@@ -19,8 +19,9 @@ const STEPS: u32 = 60;
 const DIRECTIONS: u32 = 12;
 const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
 
-/// Distance from the middle of its underside at which a standing tool is tried, as a share of the underside's radius.
-const STANDING: f64 = 0.5;
+/// Distances from the middle of its underside at which a standing tool is tried, as shares of the underside's radius: farther
+/// out it gets to the foot of a wall.
+const STANDING: [f64; 2] = [0.5, 0.95];
 
 /// Points of the arc of a barrel with which it is tried, as shares of the arc.
 const ARC_SHARES: [f64; 3] = [0.1, 0.5, 0.9];
@@ -52,11 +53,11 @@ impl ContactPoint {
 
 /// Distance between a cutter and the point that it touches \[mm\].
 #[derive(Debug, Clone, Copy)]
-struct ContactGap {
+pub(crate) struct ContactGap {
     /// Distance that the tool keeps from every face.
-    least: f64,
+    pub(crate) least: f64,
     /// Height by which it is raised over that.
-    raised: f64,
+    pub(crate) raised: f64,
 }
 
 /// Depth to which the largest ball may go into a face, as a share of its radius.
@@ -135,6 +136,24 @@ pub(crate) fn fitting_pose_along(
     first_fitting(keep_off, along.into_iter().flatten().chain(by_turn(axis, others)))
 }
 
+/// Returns the pose nearest to an axis in which the flank or the flat underside lies along a plane at a point and the whole tool
+/// keeps off all faces, within reach of the machine.
+///
+/// # Errors
+///
+/// The reason why there is none.
+pub(crate) fn fitting_pose_flush(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    cutter: &Cutter,
+    axis: &UnitVector3<f64>,
+) -> Result<ToolPose, UncutReason> {
+    let gap = ContactGap { least: keep_off.least, raised: 0.0 };
+    let flank = flank_pose(axis, contact, gap, cutter);
+    let poses = flank.into_iter().chain(standing_poses(contact, gap, cutter));
+    first_fitting(keep_off, by_turn(axis, poses).into_iter())
+}
+
 /// Returns poses of a tool that stands with its flat underside on a point: with the middle of it, and with points around
 /// that.
 fn standing_poses(
@@ -144,12 +163,15 @@ fn standing_poses(
 ) -> impl Iterator<Item = ToolPose> {
     let (tip, axis) = (contact.above(0.0, gap), contact.normal);
     let [across, beside] = tangents(&axis);
-    let aside = STANDING * cutter.major();
-    let ring = (0..DIRECTIONS).map(move |i| {
-        let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
-        tip + (across.scale(cos) + beside.scale(sin)) * aside
-    });
-    let tips = std::iter::once(tip).chain(ring).filter(move |_| has_flank(cutter));
+    let major = cutter.major();
+    let ring = move |share: f64| {
+        (0..DIRECTIONS).map(move |i| {
+            let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
+            tip + (across.scale(cos) + beside.scale(sin)) * (share * major)
+        })
+    };
+    let rings = STANDING.into_iter().flat_map(ring);
+    let tips = std::iter::once(tip).chain(rings).filter(move |_| has_flank(cutter));
     tips.map(move |tip| ToolPose { tip, axis })
 }
 
@@ -203,6 +225,19 @@ fn corner_fits(
         Some(near) if near.face == keep_off.own => Err(UncutReason::Hollow),
         Some(near) => Err(UncutReason::Neighbour(part_faces.number(near.face))),
     }
+}
+
+/// Returns `true` if a ball of a radius \[mm\] that touches a point with a gap keeps off all other faces.
+pub(crate) fn keeps_off_others(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    gap: ContactGap,
+    radius: f64,
+) -> bool {
+    let pose = ToolPose { tip: contact.above(radius, gap), axis: contact.normal };
+    let query = NearestQuery::any(keep_off.least - keep_off.precision, keep_off.precision);
+    let ball = ConvexSolid::ball(radius);
+    keep_off.part_faces.nearest(&ball, &pose, Some(keep_off.own), query).is_none()
 }
 
 /// Returns `true` if a ball of a radius \[mm\] that touches a point of a face goes into that face elsewhere.

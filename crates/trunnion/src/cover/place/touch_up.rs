@@ -99,7 +99,9 @@ pub(crate) fn add_passes<Inside: Fn(ChartPoint) -> bool + Sync>(
 }
 
 /// Returns the height by which the tool may be raised \[mm\].
-fn room<Inside: Fn(ChartPoint) -> bool + Sync>(context: &FaceContext<'_, Inside>) -> f64 {
+pub(crate) fn room<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+) -> f64 {
     let ToleranceBand { lower, upper } = context.options.band;
     RAISED * (upper - lower)
 }

@@ -23,8 +23,8 @@ pub(super) const WALL: f64 = 0.035;
 /// The same for planes and straight walls, which a tool that leans under them may cut: 30 degrees below the horizon.
 const OVERHANG: f64 = 0.5;
 
-/// Least z of the straight lines of a wall, of unit length: 60 degrees.
-const STEEP: f64 = 0.87;
+/// Least z of the straight lines of a wall, of unit length: 30 degrees above the horizon.
+const STEEP: f64 = 0.5;
 
 /// Radius of the tool whose side has to lie on walls that twist \[mm\], and the band for it: half of the usual excess, since
 /// a job keeps shares of it for the motion.
@@ -157,7 +157,7 @@ pub(super) fn kind(faces: &[FaceIndex], candidates: &[SampledFace]) -> CutterKin
     } else if !all().all(|face| face.smallest_concave_radius().is_infinite()) {
         CutterKind::Ball
     } else if has_foot(faces, candidates) {
-        // The rounded corner of another cutter would leave the foot of what stands on the floor.
+        // The rounded corner of another cutter leaves the foot of what stands on the floor.
         CutterKind::Flat
     } else {
         CutterKind::Bull

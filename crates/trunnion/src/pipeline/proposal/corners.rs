@@ -7,6 +7,7 @@ use crate::cover::ToolAccess;
 use crate::cutter::Cutter;
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::ToolPose;
+use nalgebra::Point3;
 use rayon::prelude::*;
 
 /// Share of the border of a face that is a sharp corner, from which a cutter for it is worth a change of tool.
@@ -53,6 +54,12 @@ impl<'a> SharpCorners<'a> {
         };
         let corners: Vec<_> = cut.iter().filter_map(sharp).collect();
         (!corners.is_empty()).then_some(Self { faces, corners })
+    }
+
+    /// Returns `true` if a point of the face at `index` is within a distance \[mm\] of one of its corners.
+    pub(super) fn is_near(&self, index: usize, point: &Point3<f64>, within: f64) -> bool {
+        let near = |sample: &FaceSample| (sample.point - point).norm() <= within;
+        self.corners.iter().any(|(face, corner)| *face == index && corner.iter().any(near))
     }
 
     /// Tries a cutter in the corners.

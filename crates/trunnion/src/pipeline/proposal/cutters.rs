@@ -11,9 +11,9 @@ use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::math;
 use crate::pipeline::pass_cost::{LinearTravel, inset};
-use crate::surface::{FaceIndex, FaceSample};
+use crate::surface::{FaceIndex, FaceSample, Surface};
 use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, UncutReason};
-use nalgebra::{Unit, Vector3};
+use nalgebra::{Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 
 /// Largest flank of a flat end, as a share of the tightest concave radius: that of the radius itself touches along a line,
@@ -81,6 +81,8 @@ pub(super) struct CutterTrial {
     /// Area of these parts \[mm²\].
     pub(super) partly_area: f64,
     pub(super) poses: Vec<ToolPose>,
+    /// Samples of faces, by index, at which it does not fit.
+    pub(super) missed: Vec<(usize, FaceSample)>,
 }
 
 /// Part of a face that a cutter reaches; 0 for a face that it does not cut.
@@ -116,6 +118,7 @@ impl CutterTrial {
             partly_cut: Vec::new(),
             partly_area: 0.0,
             poses,
+            missed: Vec::new(),
         }
     }
 
@@ -258,10 +261,19 @@ impl CandidateFaces<'_> {
         for SampledFace { index, area, samples, .. } in &self.candidates {
             // The pose nearest to the upright one: rotaries and linear axes travel least. Else one along a wall that leans.
             let leaning = flank_axis(&self.faces[*index]);
+            // The rim of a flat end that leans cuts a plane too, but in strips as narrow as lines.
+            let is_plane = matches!(self.faces[*index].face().surface, Surface::Plane(_));
+            let is_flush = is_plane && cutter.kind() == CutterKind::Flat;
+            let along = |axis: &UnitVector3<f64>, sample: &FaceSample| {
+                if is_flush {
+                    access.pose_flush(axis, *index, sample)
+                } else {
+                    access.pose_along(axis, *index, sample)
+                }
+            };
             let pose = |sample: &FaceSample| {
-                let upright = access.pose_along(&Vector3::z_axis(), *index, sample);
-                upright.or_else(|reason| {
-                    let pose = leaning.map(|axis| access.pose_along(&axis, *index, sample));
+                along(&Vector3::z_axis(), sample).or_else(|reason| {
+                    let pose = leaning.map(|axis| along(&axis, sample));
                     pose.and_then(Result::ok).ok_or(reason)
                 })
             };
@@ -275,8 +287,11 @@ impl CandidateFaces<'_> {
             let too_tight = narrow > NARROW * samples.len() as f64;
             let fits =
                 |(pose, tight): (&Result<ToolPose, UncutReason>, &bool)| pose.is_ok() && !tight;
-            let partly = found.iter().zip(&tight).filter(|pair| fits(*pair)).count() as f64
-                / samples.len().max(1) as f64;
+            let fitting: Vec<bool> = found.iter().zip(&tight).map(fits).collect();
+            let missed = samples.iter().zip(&fitting).filter(|(_, fits)| !**fits);
+            trial.missed.extend(missed.map(|(sample, _)| (*index, *sample)));
+            let partly =
+                fitting.iter().filter(|fits| **fits).count() as f64 / samples.len().max(1) as f64;
             if partly >= REACHED {
                 trial.partly_cut.push(*index);
                 trial.partly_area += partly * area;

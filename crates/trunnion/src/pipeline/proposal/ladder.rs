@@ -9,7 +9,7 @@ use super::part_measure::PartMeasure;
 use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
 use crate::machine::Machine;
-use crate::surface::FaceIndex;
+use crate::surface::{FaceIndex, FaceSample};
 use crate::types::{Cancelled, Progress};
 
 /// Share of the area that planes and walls must have for a flat end mill of their own.
@@ -28,6 +28,9 @@ const SMALLER: f64 = 0.6;
 /// Share of the area whose convex radius may be less than that of a bull-nose cutter: on it strips are hardly wider than a
 /// ball's, and the tool has to turn much.
 const FILLETS: f64 = 0.5;
+
+/// Distance from a sharp corner at which a ball may leave material, in radii: as far as rows along corners go.
+const BESIDE: f64 = 2.0;
 
 /// Cutters in the order in which they cut.
 pub(super) struct CutterLadder {
@@ -55,9 +58,14 @@ impl CutterLadder {
     ) -> Result<Option<Self>, Cancelled> {
         let faces = candidates.faces;
         let ladder = Self::choose_for_faces(candidates, library, machine, part, progress)?;
+        let step = |ladder: &Self| {
+            let last = &ladder.steps.last()?.trial.cutter;
+            let corners = corners_left(faces, &rounded_faces(&ladder.steps), last, machine)?;
+            corner_step(&corners, last, library, machine, part)
+        };
         Ok(ladder.map(|ladder| {
-            let corners = corner_step(faces, &ladder, library, machine, part);
-            ladder.followed_by(corners)
+            let step = step(&ladder);
+            ladder.followed_by(step)
         }))
     }
 
@@ -78,7 +86,7 @@ impl CutterLadder {
             let tried = candidates.tried(library, shape, machine, part, progress)?;
             Ok(CutterTrial::choose(&tried).map(|fine| Self::of(Vec::new(), tried, fine)))
         };
-        if shape == CutterKind::Flat || !has(CutterKind::Ball) {
+        if !has(CutterKind::Ball) {
             return one(candidates);
         }
         // Step 1: planes and walls beside other faces get a flat end mill. Without them, wide strips of a bull-nose cut
@@ -86,6 +94,10 @@ impl CutterLadder {
         let all = candidates.area();
         let [prismatic, mut others] = candidates.prismatic_and_others();
         let is_mixed = prismatic.area() >= WORTH_A_TOOL * all && !others.candidates.is_empty();
+        if shape == CutterKind::Flat && !is_mixed {
+            others.join(prismatic.candidates);
+            return one(others);
+        }
         if shape == CutterKind::Bull && !is_mixed {
             others.join(prismatic.candidates);
             return one(others);
@@ -106,9 +118,26 @@ impl CutterLadder {
         // Step 2: a ball for all other faces, and a much larger one before it where that cuts most of them.
         let mut tried = others.tried(library, CutterKind::Ball, machine, part, progress)?;
         let Some(fine) = CutterTrial::choose(&tried) else { return Ok(None) };
+        let balls = library.iter().filter(|cutter| cutter.kind() == CutterKind::Ball);
+        let border = |trial: &CutterTrial| {
+            border_step(&others, trial, balls.clone(), |ball| {
+                others.trial(machine, &long_enough(ball, part.size().z))
+            })
+        };
+        // A larger one instead, where a flat end mill finishes all that it leaves.
+        let leaves_corners = |trial: &CutterTrial| {
+            let cut = tried[fine].cut();
+            let all = cut.iter().all(|index| trial.cuts(*index));
+            all && border(trial).is_none()
+                && flat_finishes(trial, &cut, others.faces, library, machine, part)
+        };
+        if let Some(large) = (0..fine).find(|at| leaves_corners(&tried[*at])) {
+            return Ok(Some(Self::of(steps, tried, large)));
+        }
         let large = CutterTrial::choose_before(&tried, fine);
         // Step 3: a bull-nose instead of a single ball where the faces bend gently.
-        if large.is_none() {
+        // It leaves the foot of what stands on a floor.
+        if large.is_none() && shape != CutterKind::Flat {
             let bulls = gentle_bulls(&others, library, tried[fine].cutter.radius());
             let mut wide = others.tried(&bulls, CutterKind::Bull, machine, part, progress)?;
             wide.retain(CutterTrial::reaches_all);
@@ -117,10 +146,7 @@ impl CutterLadder {
             }
         }
         // Step 4: a smaller ball along borders where that one does not fit.
-        let balls = library.iter().filter(|cutter| cutter.kind() == CutterKind::Ball);
-        let borders = border_step(&others, &tried[fine], balls, |ball| {
-            others.trial(machine, &long_enough(ball, part.size().z))
-        });
+        let borders = border(&tried[fine]);
         if let Some(large) = large {
             let trial = tried.remove(large);
             let faces = trial.partly_cut.clone();
@@ -194,37 +220,69 @@ fn border_step<'a>(
     (!faces.is_empty()).then_some(LadderStep { trial, faces, area: JobArea::Rest })
 }
 
+/// Returns the faces that no flat end mill cuts.
+fn rounded_faces(steps: &[LadderStep]) -> Vec<usize> {
+    let (flats, others): (Vec<_>, Vec<_>) =
+        steps.iter().partition(|step| step.trial.cutter.minor() <= 0.0);
+    let by_flat = |at: &usize| flats.iter().flat_map(|step| &step.faces).any(|face| face == at);
+    let mut rounded: Vec<usize> = others.into_iter().flat_map(|step| step.faces.clone()).collect();
+    rounded.retain(|at| !by_flat(at));
+    rounded.sort_unstable();
+    rounded.dedup();
+    rounded
+}
+
+/// Returns the sharp corners that a cutter leaves on some faces.
+fn corners_left<'a>(
+    faces: &'a [FaceIndex],
+    cut: &[usize],
+    cutter: &Cutter,
+    machine: &Machine,
+) -> Option<SharpCorners<'a>> {
+    if cutter.minor() <= 0.0 {
+        return None;
+    }
+    SharpCorners::find(faces, cut, cutter, &RotaryReach::new(machine, cutter))
+}
+
+/// Returns `true` if all that a ball leaves of some faces lies beside sharp corners into which a flat end mill gets.
+fn flat_finishes(
+    ball: &CutterTrial,
+    cut: &[usize],
+    faces: &[FaceIndex],
+    library: &[Cutter],
+    machine: &Machine,
+    part: &PartMeasure,
+) -> bool {
+    let Some(corners) = corners_left(faces, cut, &ball.cutter, machine) else { return false };
+    let Some(step) = corner_step(&corners, &ball.cutter, library, machine, part) else {
+        return false;
+    };
+    let within = BESIDE * ball.cutter.minor();
+    let is_finished = |(index, sample): &(usize, FaceSample)| {
+        step.faces.contains(index) && corners.is_near(*index, &sample.point, within)
+    };
+    ball.missed.iter().filter(|(index, _)| cut.contains(index)).all(is_finished)
+}
+
 /// Returns the step of the largest flat end mill that gets into the sharp corners which the last cutter leaves.
 fn corner_step(
-    faces: &[FaceIndex],
-    ladder: &CutterLadder,
+    corners: &SharpCorners<'_>,
+    last: &Cutter,
     library: &[Cutter],
     machine: &Machine,
     part: &PartMeasure,
 ) -> Option<LadderStep> {
-    let last = ladder.steps.last().filter(|step| step.trial.cutter.minor() > 0.0)?;
-    let by_flat = |at: &usize| {
-        let flats = ladder.steps.iter().filter(|step| step.trial.cutter.minor() == 0.0);
-        flats.flat_map(|step| &step.faces).any(|face| face == at)
-    };
-    let mut rounded: Vec<usize> = ladder.steps.iter().flat_map(|step| step.faces.clone()).collect();
-    rounded.retain(|at| !by_flat(at));
-    rounded.sort_unstable();
-    rounded.dedup();
-    let cutter = &last.trial.cutter;
-    let reach = RotaryReach::new(machine, cutter);
-    let corners = SharpCorners::find(faces, &rounded, cutter, &reach)?;
     let mut flats: Vec<&Cutter> = library
         .iter()
         .filter(|flat| flat.kind() == CutterKind::Flat)
         .filter(|flat| 2.0 * flat.radius() <= part.largest_diameter())
-        .filter(|flat| flat.radius() >= FINEST * cutter.radius())
+        .filter(|flat| flat.radius() >= FINEST * last.radius())
         .collect();
     flats.sort_by(|a, b| b.radius().total_cmp(&a.radius()));
     // All tools of a job are as long as the longest.
     let fits = flats.into_iter().map(|flat| {
-        let flat =
-            with_length(flat, cutter.length().max(long_enough(flat, part.size().z).length()));
+        let flat = with_length(flat, last.length().max(long_enough(flat, part.size().z).length()));
         let fit = corners.fit(&flat, &RotaryReach::new(machine, &flat));
         (flat, fit)
     });

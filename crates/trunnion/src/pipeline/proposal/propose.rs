@@ -32,9 +32,10 @@ const TEETH: f64 = 2.0;
 /// Proposes a job that finishes the faces of a part that the machine reaches from above.
 ///
 /// The cutter is the largest of a library that reaches nearly all that the smaller ones reach: flat
-/// for planes, a ball where a face is concave, else a bull-nose. Planes beside concave faces are cut by a flat end mill
-/// first, and most of the concave faces by a large ball where only hollows and corners need a small one; the small one
-/// then cuts the rest, and a flat end mill what stays in sharp corners. The part stays as drawn unless the request turns it, or a tool reaches much more of another side.
+/// for planes, a ball where a face is concave or stands on a floor, else a bull-nose. Planes beside such faces are cut by a
+/// flat end mill first, and most of the others by a large ball where only hollows and corners need a small one; the small one
+/// then cuts the rest, and a flat end mill what stays in sharp corners. Where those are all that the large ball leaves, there is
+/// no small one. The part stays as drawn unless the request turns it, or a tool reaches much more of another side.
 /// It stands on the middle of the rotary table where the machine has one, moved as far as the travel of the axes needs. A
 /// sheet that looks down is cut on its other side.
 ///
@@ -179,9 +180,13 @@ mod tests {
     use crate::import::Reader;
     use crate::import::step::StepReader;
     use crate::machine::Machine;
-    use crate::surface::{NurbsSurface, Surface};
+    use crate::surface::{
+        ConeSurface, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TorusSurface, TrimCurve,
+        TrimLoop,
+    };
     use crate::types::Silent;
-    use nalgebra::Point3;
+    use nalgebra::{Point3, Vector3};
+    use std::f64::consts::{PI, TAU};
 
     /// A sheet of 40 mm square that bulges by 4 mm.
     fn sheet() -> Face {
@@ -260,6 +265,79 @@ mod tests {
         let [only] = &found.operations[..] else { panic!("{found:?}") };
         assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 40.0));
         assert_eq!(only.cutter.shank, [[29.0, 3.5], [29.0, 9.0], [40.0, 12.0]]);
+    }
+
+    /// A face inside some outlines of its parameters.
+    fn face(number: usize, surface: Surface, outlines: &[Vec<[f64; 2]>]) -> Face {
+        let outline = |corners: &Vec<[f64; 2]>| {
+            let curve = TrimCurve::polyline(corners).unwrap();
+            TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()
+        };
+        Face::new(number, surface, outlines.iter().map(outline).collect()).unwrap()
+    }
+
+    fn rectangle([left, low]: [f64; 2], [right, high]: [f64; 2]) -> Vec<[f64; 2]> {
+        vec![[left, low], [right, low], [right, high], [left, high], [left, low]]
+    }
+
+    /// A circle about the origin, in parts of a degree.
+    fn circle(radius: f64) -> Vec<[f64; 2]> {
+        let corner = |degree: u32| {
+            let angle = f64::from(degree % 360).to_radians();
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        (0..=360).map(corner).collect()
+    }
+
+    fn level(z: f64) -> SurfaceFrame {
+        SurfaceFrame::new(Point3::new(0.0, 0.0, z), Vector3::z(), Vector3::x()).unwrap()
+    }
+
+    fn plane(z: f64) -> Surface {
+        Surface::Plane(PlaneSurface { frame: level(z) })
+    }
+
+    fn operations(faces: &[Face]) -> Vec<(CutterKind, f64, JobArea, Vec<usize>)> {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let found = propose(&ProposalRequest::new(faces, &machine), &Silent).unwrap();
+        let operation = |step: &ProposedOperation| {
+            let cutter = Cutter::new(step.cutter.clone()).unwrap();
+            (cutter.kind(), 2.0 * cutter.radius(), step.area, step.faces.clone())
+        };
+        found.operations.iter().map(operation).collect()
+    }
+
+    /// Half a torus on a plate, 14 mm inside: all that a ball of 20 mm leaves of it lies beside the plate, and the flat end mill
+    /// that cuts the plate finishes it. A ball in between that fits nearer to the plate would only add time.
+    #[test]
+    fn sharp_corners_that_a_ball_leaves_get_a_flat_end_mill() {
+        let torus = Surface::Torus(TorusSurface::new(level(0.0), 20.0, 6.0).unwrap());
+        let around = rectangle([0.0, 0.0], [TAU, PI]);
+        let plate = [rectangle([-35.0; 2], [35.0; 2]), circle(26.0)];
+        let faces = [
+            face(1, plane(0.0), &plate),
+            face(2, torus, &[around]),
+            face(3, plane(0.0), &[circle(14.0)]),
+        ];
+        let found = operations(&faces);
+        let [flat, ball, last] = &found[..] else { panic!("{found:?}") };
+        assert_eq!((flat.0, &flat.3[..]), (CutterKind::Flat, &[1, 3][..]));
+        assert!(ball.0 == CutterKind::Ball && ball.1 >= 16.0 && ball.3.contains(&2), "{ball:?}");
+        assert_eq!((last.0, last.2, &last.3[..]), (CutterKind::Flat, JobArea::Rest, &[2][..]));
+    }
+
+    /// A conical pocket, 18 mm deep and 10 mm round at its floor, with walls that rise by 50 degrees: the flank of a flat end mill
+    /// finishes them down to the corner. One of the size of the floor would stand on it in a single place.
+    #[test]
+    fn a_conical_pocket_gets_one_flat_end_mill() {
+        let cone = ConeSurface::new(level(-18.0), 10.0, (15.0_f64 / 18.0).atan()).unwrap();
+        let wall = face(2, Surface::Cone(cone), &[rectangle([0.0, 0.0], [TAU, 18.0])]).flipped();
+        let plate = [rectangle([-40.0; 2], [40.0; 2]), circle(25.0)];
+        let faces = [face(1, plane(0.0), &plate), wall, face(3, plane(-18.0), &[circle(10.0)])];
+        let found = operations(&faces);
+        let [(CutterKind::Flat, diameter, _, cut)] = &found[..] else { panic!("{found:?}") };
+        assert!((8.0..=16.0).contains(diameter), "{diameter}");
+        assert_eq!(cut[..], [1, 2, 3]);
     }
 
     /// Returns the faces and the diameters proposed for a part of the corpus \[mm\].
