@@ -589,7 +589,7 @@ fn rounded_edge_on_a_floor() -> (FaceIndex, FaceIndex) {
     (edge, face(2, floor, &[[0.0, -40.0], [40.0, -40.0], [40.0, 10.0], [0.0, 10.0]], false))
 }
 
-/// A ball of 3 mm leaves a strip 3 mm high beside the floor. A flat end that stands on the floor finishes rows of
+/// A ball of 3 mm touches the edge 2 mm above the floor, and leaves what is more than 0.2 mm below that. A flat end that stands on the floor finishes rows of
 /// `sqrt(2 * 6 * 0.0165)`, 0.44 mm, up from its edge; short passes follow over spots at their ends.
 #[test]
 fn a_flat_end_finishes_the_corner_that_a_ball_leaves_in_rows_along_it() {
@@ -602,7 +602,7 @@ fn a_flat_end_finishes_the_corner_that_a_ball_leaves_in_rows_along_it() {
     let (faces, others) = (std::slice::from_ref(&edge), std::slice::from_ref(&floor));
     let by_ball = beside_all((faces, others), &cutter([0.0, 3.0]), &options).unwrap();
     let regions = &by_ball.report.rest;
-    assert!(regions.iter().map(|part| part.area).sum::<f64>() > 60.0, "{regions:?}");
+    assert!(regions.iter().map(|part| part.area).sum::<f64>() > 50.0);
     let flat = cutter([8.0, 0.0]);
     let left = Some(LeftArea { cut: &[1], regions });
     let request = CoverRequest { others, left, ..CoverRequest::new(faces, &flat, &options) };

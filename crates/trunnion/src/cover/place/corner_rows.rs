@@ -246,14 +246,16 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
             let contact = ContactPoint { point: point.point, normal: point.normal };
             keeps_off_others(&keep_off, &contact, gap, cutter.minor())
         };
-        // Step 1: doubling steps to a point where it fits. Half of its strip lies before that.
+        // Half of its strip lies before the contact.
+        let is_done = |step: f64| step - (0.5 - STEP) * narrow > point.depth;
+        // Step 1: doubling steps to a point where it fits.
         let (mut bad, mut good) = (0.0, STEP * narrow);
         let mut first = loop {
             let moved = self.moved(*point, good)?;
             if fits(&moved) {
                 break moved;
             }
-            if good - 0.5 * narrow > point.depth {
+            if is_done(good) {
                 return None;
             }
             (bad, good) = (good, 2.0 * good);
@@ -266,7 +268,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
                 None => bad = middle,
             }
         }
-        (good - 0.5 * narrow < point.depth).then_some(first)
+        (!is_done(good)).then_some(first)
     }
 
     /// Returns the point a step \[mm\] farther from the corner; `None` where nothing is left beyond the strip before.

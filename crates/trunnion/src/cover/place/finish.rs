@@ -57,13 +57,12 @@ pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     cross: &FaceContext<'_, Inside>,
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
-    let most = SPOTS * placed.report.area;
-    // Passes beside a corner end up to one advance before it: a row along it is one pass, passes across are many.
+    // Passes beside a corner end up to an advance before it: a row along it is one pass, passes across are many.
     let is_ball = cross.setup.cutter.touches_in_one_point() && !cross.setup.cutter.is_barrel();
-    if is_ball && within_reach(cross, &placed) > most && follow_corners(cross, &mut placed) > 0 {
+    if is_ball && is_left(&placed) && follow_corners(cross, &mut placed) > 0 {
         measure_rest(cross, &mut placed);
     }
-    if within_reach(cross, &placed) > most {
+    if within_reach(cross, &placed) > SPOTS * placed.report.area {
         let filled = fill_across(cross, &placed)?;
         if placed.leaves_more(&filled) {
             placed = filled;

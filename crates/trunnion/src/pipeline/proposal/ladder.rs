@@ -47,6 +47,14 @@ pub(super) struct LadderStep {
     pub(super) area: JobArea,
 }
 
+/// Cutters to choose from, and what they have to suit.
+#[derive(Clone, Copy)]
+struct CutterOffer<'a> {
+    library: &'a [Cutter],
+    machine: &'a Machine,
+    part: &'a PartMeasure,
+}
+
 impl CutterLadder {
     /// Chooses the cutters; `None` without a cutter for the part.
     pub(super) fn choose(
@@ -58,10 +66,11 @@ impl CutterLadder {
     ) -> Result<Option<Self>, Cancelled> {
         let faces = candidates.faces;
         let ladder = Self::choose_for_faces(candidates, library, machine, part, progress)?;
+        let offer = CutterOffer { library, machine, part };
         let step = |ladder: &Self| {
             let last = &ladder.steps.last()?.trial.cutter;
             let corners = corners_left(faces, &rounded_faces(&ladder.steps), last, machine)?;
-            corner_step(&corners, last, library, machine, part)
+            corner_step(&corners, last, offer)
         };
         Ok(ladder.map(|ladder| {
             let step = step(&ladder);
@@ -125,11 +134,11 @@ impl CutterLadder {
             })
         };
         // A larger one instead, where a flat end mill finishes all that it leaves.
+        let offer = CutterOffer { library, machine, part };
         let leaves_corners = |trial: &CutterTrial| {
             let cut = tried[fine].cut();
             let all = cut.iter().all(|index| trial.cuts(*index));
-            all && border(trial).is_none()
-                && flat_finishes(trial, &cut, others.faces, library, machine, part)
+            all && border(trial).is_none() && flat_finishes(trial, &cut, others.faces, offer)
         };
         if let Some(large) = (0..fine).find(|at| leaves_corners(&tried[*at])) {
             return Ok(Some(Self::of(steps, tried, large)));
@@ -250,14 +259,10 @@ fn flat_finishes(
     ball: &CutterTrial,
     cut: &[usize],
     faces: &[FaceIndex],
-    library: &[Cutter],
-    machine: &Machine,
-    part: &PartMeasure,
+    offer: CutterOffer<'_>,
 ) -> bool {
-    let Some(corners) = corners_left(faces, cut, &ball.cutter, machine) else { return false };
-    let Some(step) = corner_step(&corners, &ball.cutter, library, machine, part) else {
-        return false;
-    };
+    let Some(corners) = corners_left(faces, cut, &ball.cutter, offer.machine) else { return false };
+    let Some(step) = corner_step(&corners, &ball.cutter, offer) else { return false };
     let within = BESIDE * ball.cutter.minor();
     let is_finished = |(index, sample): &(usize, FaceSample)| {
         step.faces.contains(index) && corners.is_near(*index, &sample.point, within)
@@ -269,9 +274,7 @@ fn flat_finishes(
 fn corner_step(
     corners: &SharpCorners<'_>,
     last: &Cutter,
-    library: &[Cutter],
-    machine: &Machine,
-    part: &PartMeasure,
+    CutterOffer { library, machine, part }: CutterOffer<'_>,
 ) -> Option<LadderStep> {
     let mut flats: Vec<&Cutter> = library
         .iter()
