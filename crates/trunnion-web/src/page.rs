@@ -311,11 +311,6 @@ impl PageBricks {
     pub fn triangles(&self) -> Vec<u32> {
         self.0.triangles.clone()
     }
-
-    /// Box around all that has changed \[mm\]; empty if nothing has.
-    pub fn bounds(&self) -> Vec<f64> {
-        self.0.bounds.clone()
-    }
 }
 
 /// Faces of a part as typed arrays.

@@ -18,8 +18,6 @@ pub struct BrickModel {
     pub positions: Vec<f32>,
     /// Triangles, three indices each; every brick counts its own vertices.
     pub triangles: Vec<u32>,
-    /// Box around all that has changed, low and high corner \[mm\]; empty if nothing has.
-    pub bounds: Vec<f64>,
 }
 
 impl StockModel {
@@ -64,9 +62,7 @@ impl StockModel {
 
 impl BrickModel {
     fn of(changes: &StockChanges) -> Self {
-        let corners = changes.bounds.iter().flatten();
-        let bounds = corners.flat_map(|corner| <[f64; 3]>::from(corner.coords)).collect();
-        let mut model = Self { bounds, ..Self::default() };
+        let mut model = Self::default();
         for StockBrick { number, mesh, .. } in &changes.bricks {
             // Counts of a page's picture: stock of 2^32 of anything has no memory there.
             let counts = [*number, mesh.vertices.len(), mesh.triangles.len()];

@@ -64,7 +64,12 @@ impl Cutter {
     /// Returns `true` if the cutter touches a face in one point: a ball, or an arc that stands for one across the feed.
     /// All others touch with their centre circle.
     pub fn touches_in_one_point(&self) -> bool {
-        self.is_barrel() || self.major() <= 0.0
+        self.is_barrel() || self.has_ball_tip()
+    }
+
+    /// Returns `true` if the cutter cuts with a ball at its tip: all inclinations leave the same strip.
+    pub fn has_ball_tip(&self) -> bool {
+        !self.is_barrel() && self.major() <= 0.0
     }
 }
 
@@ -152,6 +157,9 @@ mod tests {
         }
         let lens = Cutter::new(CutterSpec::lens(30.0, 1.0, 12.0)).unwrap();
         assert!(lens.touches_in_one_point() && !lens.is_barrel());
+        assert!(lens.has_ball_tip());
+        let barrel = Cutter::new(CutterSpec::barrel(2.0, 85.0, 12.0)).unwrap();
+        assert!(barrel.touches_in_one_point() && !barrel.has_ball_tip());
         assert!((lens.contact_arc().inclinations.high.sin() - 5.0 / 29.0).abs() < 1e-12);
     }
 

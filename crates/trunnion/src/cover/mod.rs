@@ -48,6 +48,7 @@ pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub(crate) use layout::border_line::border_lines;
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
+pub(crate) use place::corner_rows::corner_reach;
 pub use place::flank::flank_fits;
 pub use place::rulings::{flank_axis, rulings_fit};
 pub use plan::{CoverRequest, LeftArea, cover, without};

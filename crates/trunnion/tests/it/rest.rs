@@ -55,6 +55,16 @@ fn options(method: PlacementMethod) -> CoverOptions {
     }
 }
 
+/// Finishing within 0.0165 mm, leaning by 10 degrees.
+fn finishing() -> CoverOptions {
+    CoverOptions {
+        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
+        path_share: 0.001,
+        lean: ToolInclination { angle: 0.175, towards: None },
+        ..options(PlacementMethod::Inclined)
+    }
+}
+
 fn face(number: usize, surface: Surface, corners: &[[f64; 2]], flip: bool) -> FaceIndex {
     let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
     let curve = TrimCurve::polyline(&closed).unwrap();
@@ -507,11 +517,7 @@ fn eighth_of_a_sphere() -> (FaceIndex, Vec<FaceIndex>) {
 #[test]
 fn the_pole_of_a_rounded_corner_is_finished() {
     let (corner, others) = eighth_of_a_sphere();
-    let options = CoverOptions {
-        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
-        lean: ToolInclination { angle: 0.175, towards: None },
-        ..options(PlacementMethod::Inclined)
-    };
+    let options = CoverOptions { path_share: SHARE, ..finishing() };
     let (_, rest) = cut((&corner, &others), &cutter([0.0, 10.0]), &options);
     let area: f64 = rest.iter().map(|rest| rest.area).sum();
     assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
@@ -536,11 +542,7 @@ fn dome_on_a_floor() -> (FaceIndex, FaceIndex) {
 #[test]
 fn a_dome_is_finished_down_to_its_foot_by_few_passes() {
     let (dome, floor) = dome_on_a_floor();
-    let options = CoverOptions {
-        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
-        path_share: 0.001,
-        ..options(PlacementMethod::Inclined)
-    };
+    let options = CoverOptions { lean: options(PlacementMethod::Inclined).lean, ..finishing() };
     let faces = (std::slice::from_ref(&dome), std::slice::from_ref(&floor));
     let covering = beside_all(faces, &cutter([10.0, 0.0]), &options).unwrap();
     let rest = &covering.report.rest;
@@ -554,12 +556,7 @@ fn a_dome_is_finished_down_to_its_foot_by_few_passes() {
 #[test]
 fn a_ball_goes_along_the_foot_of_a_dome() {
     let (dome, floor) = dome_on_a_floor();
-    let options = CoverOptions {
-        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
-        path_share: 0.001,
-        lean: ToolInclination { angle: 0.175, towards: None },
-        ..options(PlacementMethod::Inclined)
-    };
+    let options = finishing();
     let faces = (std::slice::from_ref(&dome), std::slice::from_ref(&floor));
     let covering = beside_all(faces, &cutter([0.0, 6.0]), &options).unwrap();
     let lowest = 40.0 * 26.0 / 46.0;
@@ -589,16 +586,13 @@ fn rounded_edge_on_a_floor() -> (FaceIndex, FaceIndex) {
     (edge, face(2, floor, &[[0.0, -40.0], [40.0, -40.0], [40.0, 10.0], [0.0, 10.0]], false))
 }
 
-/// A ball of 3 mm touches the edge 2 mm above the floor, and leaves what is more than 0.2 mm below that. A flat end that stands on the floor finishes rows of
-/// `sqrt(2 * 6 * 0.0165)`, 0.44 mm, up from its edge; short passes follow over spots at their ends.
+/// A ball of 3 mm touches the edge 2 mm above the floor, and leaves what is more than 0.2 mm below that. A flat end that
+/// stands on the floor finishes rows of `sqrt(2 * 6 * 0.0165)`, 0.44 mm, up from its edge; short passes follow over spots
+/// at their ends.
 #[test]
 fn a_flat_end_finishes_the_corner_that_a_ball_leaves_in_rows_along_it() {
     let (edge, floor) = rounded_edge_on_a_floor();
-    let options = CoverOptions {
-        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
-        path_share: 0.001,
-        ..options(PlacementMethod::Inclined)
-    };
+    let options = CoverOptions { lean: options(PlacementMethod::Inclined).lean, ..finishing() };
     let (faces, others) = (std::slice::from_ref(&edge), std::slice::from_ref(&floor));
     let by_ball = beside_all((faces, others), &cutter([0.0, 3.0]), &options).unwrap();
     let regions = &by_ball.report.rest;

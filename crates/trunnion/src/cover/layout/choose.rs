@@ -379,11 +379,14 @@ impl<'a> LayoutChooser<'a> {
             return charts;
         }
         // Where all strips are alike, the estimate is exact but for obstacles. These run along the face's own parameters more
-        // often than across them: beside obstacles bent passes break into many short ones.
+        // often than across them: beside obstacles bent passes break into many short ones, and where they leave much, straight
+        // ones are tried as well.
         if self.part.without.is_some() && charts.iter().any(Chart::is_straight) {
             charts.retain(Chart::is_straight);
         }
+        let straight = charts.iter().skip(1).find(|chart| chart.is_straight()).cloned();
         charts.truncate(1);
+        charts.extend(straight.filter(|_| !charts[0].is_straight()));
         charts
     }
 

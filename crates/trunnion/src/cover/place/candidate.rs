@@ -127,8 +127,11 @@ impl CandidatePass<'_> {
     /// the return, as the strip is the same and no rotary axis has to turn round between passes.
     pub(crate) fn lean(&self) -> ToolInclination {
         let CoverOptions { lean, pattern, .. } = *self.options;
-        let is_ball = self.cutter.touches_in_one_point() && !self.cutter.is_barrel();
-        if is_ball && pattern == CutPattern::ZigZag && lean.towards.is_none() && !self.forward {
+        if self.cutter.has_ball_tip()
+            && pattern == CutPattern::ZigZag
+            && lean.towards.is_none()
+            && !self.forward
+        {
             return ToolInclination { towards: Some(PI), ..lean };
         }
         lean

@@ -7,14 +7,13 @@
 use crate::cover::layout::border_line::border_lines;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::place::context::FaceContext;
-use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::sharp_corner::SharpCorner;
 use crate::cover::place::spots::{SPACING, small_cells};
 use crate::cover::place::tool_fit::{
     ContactGap, ContactPoint, PoseOrder, has_flank, keeps_off_others,
 };
-use crate::cover::place::touch_up::{ChainPlanner, SpotPass, add_passes, may_fit, split};
-use crate::cutter::ConvexSolid;
+use crate::cover::place::touch_up::{ChainPlanner, SpotPass, split};
+use crate::cutter::{ConvexSolid, Cutter};
 use crate::math;
 use crate::positioning::ToleranceBand;
 use crate::surface::FaceSample;
@@ -71,22 +70,22 @@ impl CornerPoint {
     }
 }
 
-/// Adds passes along the corners of a face beside which `placed` leaves material, and returns their number; what they leave is
-/// not measured.
-pub(crate) fn follow_corners<Inside: Fn(ChartPoint) -> bool + Sync>(
+/// Plans passes along the corners of a face beside which some regions are left.
+pub(crate) fn corner_rows<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
-    placed: &mut PlacedPasses,
-) -> usize {
-    let parts: Vec<&UncutRegion> = placed.report.rest.iter().filter(|part| may_fit(part)).collect();
-    // A round end touches both faces of a right angle at its radius from the corner, of a sharper one farther away.
-    let cutter = context.setup.cutter;
-    let left = LeftBesideCorners { parts: &parts, most: cutter.radius() + cutter.minor() };
-    let passes: Vec<SpotPass> = corners(context, left)
+    rest: &[&UncutRegion],
+) -> Vec<SpotPass> {
+    let left = LeftBesideCorners { parts: rest, most: corner_reach(context.setup.cutter) };
+    corners(context, left)
         .par_iter()
         .flat_map_iter(|corner| CornerRows { context, corner }.passes())
-        .collect();
-    add_passes(context, placed, &passes);
-    passes.len()
+        .collect()
+}
+
+/// Returns the distance from a corner up to which rows along it finish material \[mm\]: a round end touches both faces of a
+/// right angle at its radius from the corner, of a sharper one farther away.
+pub(crate) fn corner_reach(cutter: &Cutter) -> f64 {
+    cutter.radius() + cutter.minor()
 }
 
 /// Regions that are left, as far as rows along corners are to finish them.
@@ -192,12 +191,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
     /// Returns the passes of all rows, from the corner on.
     fn passes(&self) -> Vec<SpotPass> {
         let cutter = self.context.setup.cutter;
-        // The strip of a ball is as wide on both sides of its contact, and all its inclinations cut the same.
-        let (order, lean, sides) = if has_flank(cutter) {
-            (PoseOrder::Widest, FRAC_PI_2, 1.0)
+        // All inclinations of a round end cut about the same.
+        let (order, lean) = if has_flank(cutter) {
+            (PoseOrder::Widest, FRAC_PI_2)
         } else {
-            (PoseOrder::AsBefore, self.context.options.lean.angle, 2.0)
+            (PoseOrder::AsBefore, self.context.options.lean.angle)
         };
+        // The strip of a ball is as wide on both sides of its contact.
+        let sides = if cutter.has_ball_tip() { 2.0 } else { 1.0 };
         let planner = ChainPlanner { context: self.context, order };
         let least = STEP * self.context.narrow();
         let mut passes = Vec::new();

@@ -167,9 +167,13 @@ fn on_side(
         let limits = work_limits(&context);
         // At a fixed inclination all strips are alike: the estimate that put the first chart first is good, but for what
         // the tool does not get to along it.
-        let alike = options.method == PlacementMethod::Inclined
-            && tried.iter().any(|placed| leaves_little(&context, placed));
-        if !tried.is_empty() && (alike || work > limits.wide) {
+        let is_done = match options.method {
+            PlacementMethod::Inclined => {
+                work > limits.all || tried.iter().any(|placed| leaves_little(&context, placed))
+            }
+            PlacementMethod::Widest => work > limits.wide,
+        };
+        if !tried.is_empty() && is_done {
             break;
         }
         match on_chart(&context, unreachable.as_deref(), limits, tried_proof) {

@@ -6,7 +6,7 @@ use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
 use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cover::place::context::FaceContext;
-use crate::cover::place::corner_rows::follow_corners;
+use crate::cover::place::corner_rows::corner_rows;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::spots::spot_areas;
@@ -42,13 +42,14 @@ pub(crate) fn is_left(placed: &PlacedPasses) -> bool {
     placed.report.rest.iter().any(may_fit)
 }
 
-/// Returns `true` if passes leave so little that short passes over it take a small part of their time.
+/// Returns `true` if passes leave so little within reach that short passes over it take a small part of their time.
 pub(crate) fn leaves_little<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     placed: &PlacedPasses,
 ) -> bool {
-    placed.left() <= SPOTS * placed.report.area
-        && spots_price(context, placed) <= CHEAP * placed.price()
+    let left = LeftWithinReach::of(context, placed);
+    left.area <= SPOTS * placed.report.area
+        && spots_price(context, placed, left.spots) <= CHEAP * placed.price()
 }
 
 /// Finishes the material that passes have left: spots by short passes, larger regions by rows along corners, or passes across
@@ -58,11 +59,10 @@ pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
     // Passes beside a corner end up to an advance before it: a row along it is one pass, passes across are many.
-    let is_ball = cross.setup.cutter.touches_in_one_point() && !cross.setup.cutter.is_barrel();
-    if is_ball && is_left(&placed) && follow_corners(cross, &mut placed) > 0 {
-        measure_rest(cross, &mut placed);
+    if cross.setup.cutter.has_ball_tip() && is_left(&placed) {
+        add_rows(cross, &mut placed);
     }
-    if within_reach(cross, &placed) > SPOTS * placed.report.area {
+    if !leaves_little(cross, &placed) {
         let filled = fill_across(cross, &placed)?;
         if placed.leaves_more(&filled) {
             placed = filled;
@@ -71,33 +71,76 @@ pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     touch_up_rounds(cross, placed)
 }
 
-/// Returns the area of what is left where the corner of the cutter keeps off all other faces \[mm²\].
-pub(crate) fn within_reach<Inside: Fn(ChartPoint) -> bool + Sync>(
+/// Adds rows along corners beside which passes leave material, and returns `true` if they are worth their length; if not, they
+/// are left out.
+pub(crate) fn add_rows<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
-    placed: &PlacedPasses,
-) -> f64 {
-    let fitting = placed.report.rest.iter().filter(|part| may_fit(part));
-    fitting.map(|part| area_within_reach(context, part)).sum()
+    placed: &mut PlacedPasses,
+) -> bool {
+    let left = LeftWithinReach::of(context, placed);
+    let fitting: Vec<&UncutRegion> =
+        placed.report.rest.iter().filter(|part| may_fit(part)).collect();
+    let rows = corner_rows(context, &fitting);
+    if rows.is_empty() {
+        return false;
+    }
+    let mut with_rows = placed.clone();
+    add_passes(context, &mut with_rows, &rows);
+    measure_rest(context, &mut with_rows);
+    let finished = placed.left() - with_rows.left();
+    let worthwhile = WORTHWHILE * left.area.min(context.narrow() * length(&rows));
+    if finished < worthwhile || finished <= 0.0 {
+        return false;
+    }
+    *placed = with_rows;
+    true
 }
 
-/// Returns the area of a region where the corner of the cutter keeps off all other faces, raised as far as it may be \[mm²\].
-fn area_within_reach<Inside: Fn(ChartPoint) -> bool + Sync>(
-    context: &FaceContext<'_, Inside>,
-    part: &UncutRegion,
-) -> f64 {
-    let (face, keep_off) = (context.face, context.keep_off().rough());
-    let gap = ContactGap { least: keep_off.least, raised: room(context) };
-    let fits = |uv: &[f64; 2]| {
-        let contact = ContactPoint::new(face, *uv).filter(|_| face.face().contains(uv[0], uv[1]));
-        contact.is_some_and(|contact| {
-            keeps_off_others(&keep_off, &contact, gap, context.setup.cutter.minor())
+/// Material that is left where the corner of the cutter keeps off all other faces, raised as far as it may be.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LeftWithinReach {
+    /// Number of spots.
+    pub(crate) spots: usize,
+    /// \[mm²\]
+    pub(crate) area: f64,
+}
+
+impl LeftWithinReach {
+    /// Finds what passes leave within reach.
+    pub(crate) fn of<Inside: Fn(ChartPoint) -> bool + Sync>(
+        context: &FaceContext<'_, Inside>,
+        placed: &PlacedPasses,
+    ) -> Self {
+        let parts = placed.report.rest.iter().map(|part| Self::in_part(context, part));
+        parts.fold(Self::default(), |all, part| Self {
+            spots: all.spots + part.spots,
+            area: all.area + part.area,
         })
-    };
-    let areas = spot_areas(context, part);
-    let fitting =
-        areas.par_iter().map(|spot| if spot.points.iter().any(fits) { spot.area } else { 0.0 });
-    // Added in order, so that the sum is the same on any number of threads.
-    fitting.collect::<Vec<f64>>().iter().sum()
+    }
+
+    /// Finds what is within reach of one region.
+    fn in_part<Inside: Fn(ChartPoint) -> bool + Sync>(
+        context: &FaceContext<'_, Inside>,
+        part: &UncutRegion,
+    ) -> Self {
+        if !may_fit(part) {
+            return Self::default();
+        }
+        let (face, keep_off) = (context.face, context.keep_off().rough());
+        let gap = ContactGap { least: keep_off.least, raised: room(context) };
+        let fits = |uv: &[f64; 2]| {
+            let inside = face.face().contains(uv[0], uv[1]);
+            let contact = ContactPoint::new(face, *uv).filter(|_| inside);
+            contact.is_some_and(|contact| {
+                keeps_off_others(&keep_off, &contact, gap, context.setup.cutter.minor())
+            })
+        };
+        let areas = spot_areas(context, part);
+        let fitting = areas.par_iter().filter(|spot| spot.points.iter().any(fits));
+        // Added in order, so that the sum is the same on any number of threads.
+        let fitting: Vec<f64> = fitting.map(|spot| spot.area).collect();
+        Self { spots: fitting.len(), area: fitting.iter().sum() }
+    }
 }
 
 /// Adds short passes over regions that are left, to each as long as they finish some of it.
@@ -112,7 +155,7 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
     };
     let opened = |part: UncutRegion| OpenRegion { part, order: first };
     // Regions that the corner gets to nowhere are not touched: their measure takes long.
-    let opens = |part: &UncutRegion| may_fit(part) && area_within_reach(cross, part) > 0.0;
+    let opens = |part: &UncutRegion| LeftWithinReach::in_part(cross, part).spots > 0;
     let (open, mut given_up): (Vec<_>, Vec<_>) =
         placed.report.rest.clone().into_iter().partition(opens);
     let mut open: Vec<OpenRegion> = open.into_iter().map(opened).collect();
@@ -220,6 +263,9 @@ pub(crate) fn fill_across<Inside: Fn(ChartPoint) -> bool + Sync>(
     let limits = WorkLimits { wide: 0, all };
     let mut work = 0;
     for part in &before.report.rest {
+        if LeftWithinReach::in_part(cross, part).spots == 0 {
+            continue;
+        }
         let bounds = cross.local_range(part.uv.map(Into::into));
         let rectangle = FaceRectangle::whole(bounds, PlacementMethod::Inclined);
         let proof = SpanProof::Throughout;

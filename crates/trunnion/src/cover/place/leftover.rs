@@ -7,9 +7,8 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::FeedDirection;
 use crate::cover::place::context::{FaceContext, FaceRequest};
-use crate::cover::place::corner_rows::follow_corners;
 use crate::cover::place::finish::{
-    fill_across, is_left, measure_rest, touch_up_rounds, within_reach,
+    LeftWithinReach, add_rows, fill_across, is_left, measure_rest, touch_up_rounds,
 };
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::unreachable::unreachable_cells;
@@ -44,12 +43,10 @@ pub(crate) fn cover_leftover(
     let context = FaceContext::new(*request, chart, &region);
     let mut before = untouched(&context, parts);
     if !request.setup.cutter.is_barrel() && is_left(&before) {
-        let all = within_reach(&context, &before);
-        let rows = follow_corners(&context, &mut before);
-        if rows > 0 {
-            measure_rest(&context, &mut before);
-        }
-        if rows > 0 && within_reach(&context, &before) <= MOSTLY * all {
+        let all = LeftWithinReach::of(&context, &before).area;
+        if add_rows(&context, &mut before)
+            && LeftWithinReach::of(&context, &before).area <= MOSTLY * all
+        {
             before = touch_up_rounds(&context, before)?;
             return Ok(lowered(before, parts));
         }

@@ -172,6 +172,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
             vec![widths.filter(|width| *width >= self.least()).fold(f64::INFINITY, f64::min)]
         };
         advances.retain(|advance| advance.is_finite() && *advance >= self.least());
+        if trial.ends_early(region.bounds[0][1]) {
+            advances.clear();
+        }
 
         let next = match *advances {
             [] => return self.pass_without_advance(region, across, rectangle, &trial),

@@ -71,17 +71,16 @@ pub(crate) fn touch_up<Inside: Fn(ChartPoint) -> bool + Sync>(
     open.iter().map(passes).collect()
 }
 
-/// Estimates the price of short passes over what is left, as a length \[mm\]: that of links to the spots.
+/// Estimates the price of short passes over a number of spots, as a length \[mm\]: that of links to the spots.
 pub(crate) fn spots_price<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     placed: &PlacedPasses,
+    spots: usize,
 ) -> f64 {
     let Some(station) = placed.passes.first().and_then(|pass| pass.stations.first()) else {
         return 0.0;
     };
     let cost = context.setup.cost;
-    let fitting = placed.report.rest.iter().filter(|part| may_fit(part));
-    let spots: usize = fitting.map(|part| spot_cubes(context, part).len()).sum();
     spots as f64 / SPOTS_OF_PASS * cost.link(station, station) * cost.feed()
 }
 

@@ -65,6 +65,16 @@ impl TrialPass {
         open.map(|(part, _)| *part).collect()
     }
 
+    /// Returns `true` if the pass finishes some columns up to the end of the region across and has nothing in the others, of
+    /// which more than a strip is left: passes beyond the next track may finish these.
+    pub(crate) fn ends_early(&self, end: f64) -> bool {
+        let strip = self.costs.narrow / self.rate;
+        let mut columns = self.columns.iter().zip(&self.ended);
+        let mut left = self.columns.iter().map(|column| end - column.finished);
+        columns.all(|(column, ended)| *ended || column.finished >= end)
+            && left.any(|left| left > strip)
+    }
+
     /// Returns the parameter across to which all columns at least `width` \[mm\] wide are finished.
     pub(crate) fn reach(&self, width: f64) -> f64 {
         let counting = self.columns.iter().zip(&self.parts).filter(|(_, part)| part.width >= width);
@@ -223,4 +233,39 @@ struct ColumnStart {
     across: f64,
     /// Length of a unit step across \[mm\].
     rate: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A trial from 0 on, of columns that are finished up to a parameter, or have ended there.
+    fn trial(columns: &[(f64, bool)]) -> TrialPass {
+        let part = PassPart { length: 1.0, width: 1.0 };
+        let column = |(finished, _): &(f64, bool)| PassColumn {
+            along: [0.0, 1.0],
+            finished: *finished,
+            part,
+        };
+        TrialPass {
+            rate: 2.0,
+            segments: Vec::new(),
+            columns: columns.iter().map(column).collect(),
+            parts: vec![part; columns.len()],
+            ended: columns.iter().map(|(_, ended)| *ended).collect(),
+            costs: AdvanceCosts { pass: 1.0, narrow: 4.0 },
+            refused: None,
+            work: 0,
+        }
+    }
+
+    #[test]
+    fn a_pass_ends_early_where_other_columns_are_more_than_a_strip_from_the_end() {
+        // A strip is 2 across.
+        assert!(trial(&[(10.0, false), (0.0, true)]).ends_early(10.0));
+        assert!(!trial(&[(10.0, false), (9.0, true)]).ends_early(10.0));
+        // Columns that go on give the next track.
+        assert!(!trial(&[(10.0, false), (1.0, false), (0.0, true)]).ends_early(10.0));
+        assert!(!trial(&[(10.0, false)]).ends_early(10.0));
+    }
 }

@@ -6,6 +6,7 @@ use super::corners::SharpCorners;
 use super::cutters::{CutterTrial, RotaryReach, long_enough, with_length};
 use super::left_out::LeftOutFace;
 use super::part_measure::PartMeasure;
+use crate::cover::corner_reach;
 use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
 use crate::machine::Machine;
@@ -29,9 +30,6 @@ const SMALLER: f64 = 0.6;
 /// ball's, and the tool has to turn much.
 const FILLETS: f64 = 0.5;
 
-/// Distance from a sharp corner at which a ball may leave material, in radii: as far as rows along corners go.
-const BESIDE: f64 = 2.0;
-
 /// Cutters in the order in which they cut.
 pub(super) struct CutterLadder {
     pub(super) steps: Vec<LadderStep>,
@@ -49,27 +47,24 @@ pub(super) struct LadderStep {
 
 /// Cutters to choose from, and what they have to suit.
 #[derive(Clone, Copy)]
-struct CutterOffer<'a> {
-    library: &'a [Cutter],
-    machine: &'a Machine,
-    part: &'a PartMeasure,
+pub(super) struct CutterOffer<'a> {
+    pub(super) library: &'a [Cutter],
+    pub(super) machine: &'a Machine,
+    pub(super) part: &'a PartMeasure,
 }
 
 impl CutterLadder {
     /// Chooses the cutters; `None` without a cutter for the part.
     pub(super) fn choose(
         candidates: CandidateFaces<'_>,
-        library: &[Cutter],
-        machine: &Machine,
-        part: &PartMeasure,
+        offer: CutterOffer<'_>,
         progress: &dyn Progress,
     ) -> Result<Option<Self>, Cancelled> {
         let faces = candidates.faces;
-        let ladder = Self::choose_for_faces(candidates, library, machine, part, progress)?;
-        let offer = CutterOffer { library, machine, part };
+        let ladder = Self::choose_for_faces(candidates, offer, progress)?;
         let step = |ladder: &Self| {
             let last = &ladder.steps.last()?.trial.cutter;
-            let corners = corners_left(faces, &rounded_faces(&ladder.steps), last, machine)?;
+            let corners = corners_left(faces, &rounded_faces(&ladder.steps), last, offer.machine)?;
             corner_step(&corners, last, offer)
         };
         Ok(ladder.map(|ladder| {
@@ -81,11 +76,10 @@ impl CutterLadder {
     /// Chooses the cutters for the faces, sharp corners aside.
     fn choose_for_faces(
         candidates: CandidateFaces<'_>,
-        library: &[Cutter],
-        machine: &Machine,
-        part: &PartMeasure,
+        offer: CutterOffer<'_>,
         progress: &dyn Progress,
     ) -> Result<Option<Self>, Cancelled> {
+        let CutterOffer { library, machine, part } = offer;
         let has = |kind: CutterKind| library.iter().any(|cutter| cutter.kind() == kind);
         // A ball cuts every face, and stands in for a kind that the library does not have.
         let best = kind(candidates.faces, &candidates.candidates);
@@ -134,7 +128,6 @@ impl CutterLadder {
             })
         };
         // A larger one instead, where a flat end mill finishes all that it leaves.
-        let offer = CutterOffer { library, machine, part };
         let leaves_corners = |trial: &CutterTrial| {
             let cut = tried[fine].cut();
             let all = cut.iter().all(|index| trial.cuts(*index));
@@ -263,7 +256,7 @@ fn flat_finishes(
 ) -> bool {
     let Some(corners) = corners_left(faces, cut, &ball.cutter, offer.machine) else { return false };
     let Some(step) = corner_step(&corners, &ball.cutter, offer) else { return false };
-    let within = BESIDE * ball.cutter.minor();
+    let within = corner_reach(&ball.cutter);
     let is_finished = |(index, sample): &(usize, FaceSample)| {
         step.faces.contains(index) && corners.is_near(*index, &sample.point, within)
     };

@@ -2,7 +2,7 @@
 
 use super::candidates::CandidateFaces;
 use super::cutters::{CutterTrial, leaning_poses};
-use super::ladder::{CutterLadder, LadderStep};
+use super::ladder::{CutterLadder, CutterOffer, LadderStep};
 use super::left_out::{FaceReason, LeftOutFace, ProposalError};
 use super::orientation;
 use super::origin::origin;
@@ -112,7 +112,8 @@ fn of_side(
         return Err(ProposalError::NoCutter);
     }
     // Step 2: the cutters, by what each of the library reaches.
-    let ladder = CutterLadder::choose(candidates, &library, request.machine, &part, progress)?;
+    let offer = CutterOffer { library: &library, machine: request.machine, part: &part };
+    let ladder = CutterLadder::choose(candidates, offer, progress)?;
     let Some(CutterLadder { steps, left_out: not_reached }) = ladder else {
         return Err(ProposalError::NothingReached { left_out });
     };
