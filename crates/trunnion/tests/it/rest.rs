@@ -575,6 +575,39 @@ fn a_ball_goes_along_the_foot_of_a_dome() {
     assert!(covering.passes.len() <= 90, "{} passes", covering.passes.len());
 }
 
+/// A round floor of radius 32 round a post of radius 10, with the walls of both, 14 mm high.
+fn floor_between_cylinders() -> (FaceIndex, Vec<FaceIndex>) {
+    use std::f64::consts::TAU;
+    let frame = || SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let circle = |radius: f64| {
+        let around = (0..=720_i32).map(|half| f64::from(half).to_radians() / 2.0);
+        let points: Vec<[f64; 2]> =
+            around.map(|turn| [radius * turn.cos(), radius * turn.sin()]).collect();
+        TrimLoop::new(vec![TrimCurve::polyline(&points).unwrap()], [None, None], 1e-9).unwrap()
+    };
+    let plane = Surface::Plane(PlaneSurface { frame: frame() });
+    let floor = Face::new(1, plane, vec![circle(32.0), circle(10.0)]).unwrap();
+    let wall = |number, radius, flip| {
+        let surface = Surface::Cylinder(CylinderSurface::new(frame(), radius).unwrap());
+        face(number, surface, &[[0.0, 0.0], [TAU, 0.0], [TAU, 14.0], [0.0, 14.0]], flip)
+    };
+    (FaceIndex::new(floor).unwrap(), vec![wall(2, 32.0, true), wall(3, 10.0, false)])
+}
+
+/// The centre of a tool of 20 mm has 2 mm between a wall and a post that are 22 mm apart: both borders of that ring are found.
+#[test]
+fn a_floor_hardly_wider_than_the_tool_is_finished() {
+    let (floor, walls) = floor_between_cylinders();
+    let options = CoverOptions {
+        prismatic: PrismaticUse::WallsAndFloors,
+        ..options(PlacementMethod::Widest)
+    };
+    let (covering, rest) = cut((&floor, &walls), &cutter([10.0, 0.0]), &options);
+    assert!(covering.report.layouts.iter().all(|face| face.layout == PassLayout::Floor));
+    let area: f64 = rest.iter().map(|rest| rest.area).sum();
+    assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
+}
+
 /// A rounded edge of 6 mm that stands upright on a floor, 30 mm long.
 fn rounded_edge_on_a_floor() -> (FaceIndex, FaceIndex) {
     use std::f64::consts::FRAC_PI_2;

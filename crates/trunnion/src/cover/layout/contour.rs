@@ -16,6 +16,9 @@ const GUESSED: f64 = 0.03;
 /// Sagitta over chord of a piece that is followed however short it is: at a corner it does not fall with the chord.
 const BENT: f64 = 0.05;
 
+/// Chords over a distance of the contour from them that are looked at: others are too short to be far off.
+const LONG: f64 = 20.0;
+
 /// Turn between two chords that is a corner: chords of a smooth piece turn by eight times [`BENT`] at most \[rad\].
 const TURN: f64 = 0.6;
 
@@ -80,6 +83,12 @@ impl LevelGrid {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
         let counts = [0, 1].map(|k| ((high[k] - low[k]) / step).ceil().clamp(1.0, 1e6) as usize);
         Self { low, step, counts }
+    }
+
+    /// Returns the grid with each cell divided to so many each way.
+    pub(crate) fn finer(&self, by: usize) -> Self {
+        let counts = self.counts.map(|count| count.saturating_mul(by));
+        Self { step: self.step / by as f64, counts, ..*self }
     }
 
     /// Returns the number of nodes.
@@ -244,6 +253,24 @@ fn chains(mut next: BTreeMap<usize, usize>) -> Vec<EdgeChain> {
 }
 
 impl Contour {
+    /// Returns the distance of a point from the polyline \[mm\].
+    pub(crate) fn distance(&self, point: PlanePoint) -> f64 {
+        let closing = self.points.last().zip(self.points.first()).filter(|_| self.closed);
+        let chords = self.points.windows(2).map(|pair| [pair[0], pair[1]]);
+        let chords = chords.chain(closing.map(|(last, first)| [*last, *first]));
+        chords.map(|chord| off_chord(chord, point)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns `true` if the contour is not within a distance \[mm\] of some chord that is much longer than that.
+    pub(crate) fn strays(&self, field: LevelField<'_>, distance: f64) -> bool {
+        self.points.par_windows(2).any(|pair| {
+            let chord = [pair[0], pair[1]];
+            let height = || height_over(chord, None, field);
+            apart(chord[0], chord[1]) > LONG * distance
+                && height().is_none_or(|height| height.abs() > distance)
+        })
+    }
+
     /// Returns the parts whose points are kept.
     pub(crate) fn parts(&self, keeps: impl Fn(&PlanePoint) -> bool) -> Vec<Self> {
         let kept: Vec<bool> = self.points.iter().map(keeps).collect();
@@ -537,6 +564,22 @@ mod tests {
             // The inside on the left: counter-clockwise.
             assert!(a[0] * b[1] - a[1] * b[0] > 0.0);
         }
+    }
+
+    /// On cells wider than the ring contours run across it; on finer ones there are two.
+    #[test]
+    fn a_ring_narrower_than_a_cell_shows_by_contours_that_stray() {
+        let ring = |[x, y]: PlanePoint| 0.9 - (x.hypot(y) - 16.0).abs();
+        let followed = |grid: LevelGrid| -> Vec<Contour> {
+            let contours = grid.contours(exact(&ring));
+            contours.iter().flat_map(|one| one.followed(exact(&ring), TOLERANCE)).collect()
+        };
+        let strays =
+            |contours: &[Contour]| contours.iter().any(|one| one.strays(exact(&ring), 0.05));
+        assert!(strays(&followed(grid())));
+        let fine = followed(grid().finer(4));
+        assert!(!strays(&fine) && fine.len() == 2 && fine.iter().all(|contour| contour.closed));
+        assert!(fine[0].distance([17.1, 0.0]).min(fine[1].distance([17.1, 0.0])) < 0.21);
     }
 
     #[test]

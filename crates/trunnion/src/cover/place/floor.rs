@@ -66,6 +66,12 @@ const CELLS: f64 = 4.0;
 /// Nodes of a grid at most: a larger plane is left to passes that need none.
 const NODES: usize = 250_000;
 
+/// Cells of a finer grid in one of that grid, each way.
+const FINER: usize = 4;
+
+/// Distance within which a border has been found, as a share of the tool's radius: chords are far nearer to it.
+const FOUND: f64 = 0.005;
+
 /// Step along a line, as a share of the tool's radius. An obstacle is at least as wide as the tool: one that reaches
 /// into the line between two steps does so by less than 0.0001 of the radius.
 const STEP: f64 = 0.02;
@@ -306,26 +312,37 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
         corner: CORNER,
     };
     let near = |p: &PlanePoint| outline.is_near(*p, margin);
-    let borders: Vec<Contour> = grid
-        .contours(field)
-        .iter()
-        .flat_map(|contour| contour.parts(near))
-        .flat_map(|part| part.followed(field, tolerance))
-        .collect();
-    let lines: Vec<Contour> = outline
+    let borders_on = |grid: LevelGrid| -> Vec<Contour> {
+        let contours = grid.contours(field);
+        let near = contours.iter().flat_map(|contour| contour.parts(near));
+        near.flat_map(|part| part.followed(field, tolerance)).collect()
+    };
+    let free: Vec<FreeLine> = outline
         .lines(underside.reach(), JOINED * radius)
         .into_par_iter()
         .flat_map_iter(|line| {
-            let ranges = line
-                .along
-                .into_iter()
-                .map(|range| Interval::new(range.low - BEYOND * flat, range.high + BEYOND * flat));
-            let free = ranges.flat_map(|range| free_ranges(range, line.across, field, radius));
-            free.map(move |range| [[range.low, line.across], [range.high, line.across]])
-                .collect::<Vec<_>>()
+            let beyond = BEYOND * flat;
+            let ranges = line.along.into_iter();
+            let ranges = ranges.map(|range| Interval::new(range.low - beyond, range.high + beyond));
+            let free = ranges.flat_map(|range| FreeLine::find(range, line.across, field, radius));
+            free.collect::<Vec<_>>()
         })
-        .map(|[a, b]| Contour { points: vec![a, b], closed: false })
         .collect();
+    let mut borders = borders_on(grid);
+    // Where the tool hardly gets through, its region may be narrower than the cells: a line ends at a border that is not found,
+    // or a border runs across the region.
+    let is_found =
+        |end: &PlanePoint| borders.iter().any(|border| border.distance(*end) <= FOUND * radius);
+    let are_found = || {
+        free.iter().flat_map(|line| &line.on_border).all(is_found)
+            && !borders.iter().any(|border| border.strays(field, FOUND * radius))
+    };
+    let finer = grid.finer(FINER);
+    if finer.nodes() <= FINER * FINER * NODES && !are_found() {
+        borders = borders_on(finer);
+    }
+    let lines = free.into_iter();
+    let lines = lines.map(|line| Contour { points: line.ends.to_vec(), closed: false }).collect();
     // Step 3: passes in an order without long links.
     let line = match options.pattern {
         CutPattern::ZigZag => PathKind::Line,
@@ -367,27 +384,44 @@ fn spare(keep_off: &KeepOff<'_>, pose: &ToolPose, distance: f64) -> f64 {
     least.unwrap_or_else(|least| least) - distance
 }
 
-/// Returns the parts of a range on a line along which a field is positive.
-fn free_ranges(range: Interval, across: f64, field: LevelField<'_>, radius: f64) -> Vec<Interval> {
-    let mut free = Vec::new();
-    let mut at = range.low;
-    let mut is_free = field.is_free([at, across]);
-    let mut start = is_free.then_some(at);
-    while at < range.high {
-        let next = (at + STEP * radius).min(range.high);
-        let ahead = field.is_free([next, across]);
-        if ahead != is_free {
-            let [cut, _] = zero_between([at, across], [next, across], field);
-            match start.take() {
-                Some(low) => free.push(Interval::new(low, cut)),
-                None => start = Some(cut),
+/// Part of a line along which the tool may stand.
+struct FreeLine {
+    ends: [PlanePoint; 2],
+    /// Those ends that lie on the border of the tool's region.
+    on_border: Vec<PlanePoint>,
+}
+
+impl FreeLine {
+    /// Finds the parts of a range on a line along which a field is positive.
+    fn find(range: Interval, across: f64, field: LevelField<'_>, radius: f64) -> Vec<Self> {
+        let mut free = Vec::new();
+        let mut at = range.low;
+        let mut is_free = field.is_free([at, across]);
+        let mut start = is_free.then_some(at);
+        while at < range.high {
+            let next = (at + STEP * radius).min(range.high);
+            let ahead = field.is_free([next, across]);
+            if ahead != is_free {
+                let [cut, _] = zero_between([at, across], [next, across], field);
+                match start.take() {
+                    Some(low) => free.push(Interval::new(low, cut)),
+                    None => start = Some(cut),
+                }
             }
+            (at, is_free) = (next, ahead);
         }
-        (at, is_free) = (next, ahead);
+        free.extend(start.map(|low| Interval::new(low, range.high)));
+        free.retain(|range| range.width() > SHORTEST * radius);
+        let line = |part: Interval| {
+            let on_border =
+                part.ends().into_iter().filter(|end| *end > range.low && *end < range.high);
+            Self {
+                ends: part.ends().map(|along| [along, across]),
+                on_border: on_border.map(|along| [along, across]).collect(),
+            }
+        };
+        free.into_iter().map(line).collect()
     }
-    free.extend(start.map(|low| Interval::new(low, range.high)));
-    free.retain(|range| range.width() > SHORTEST * radius);
-    free
 }
 
 /// Path of the tool's centre.
