@@ -1,7 +1,6 @@
 // The still picture of the report's view, with a part of it drawn anew: stock changes where the tool is.
 
 import {
-  AlwaysDepth,
   Box2,
   Box3,
   BufferAttribute,
@@ -11,11 +10,10 @@ import {
   Group,
   Mesh,
   NearestFilter,
-  NoBlending,
   type Object3D,
   SRGBColorSpace,
   Scene,
-  ShaderMaterial,
+  type ShaderMaterial,
   UnsignedIntType,
   Vector2,
   Vector3,
@@ -23,7 +21,7 @@ import {
   type WebGLRenderer,
 } from "three";
 import { MOVING, STILL, SURFACE } from "../../viewer/src/layers.js";
-import { StillPicture } from "../../viewer/src/still.js";
+import { StillPicture, sheetMaterial } from "../../viewer/src/still.js";
 
 /** Pixels around a box that are drawn with it: edges are smooth. */
 const RIM = 2;
@@ -247,25 +245,6 @@ export class Renewal {
   }
 }
 
-/** Draws colours and depths that a target keeps. */
-function quickSheet(): ShaderMaterial {
-  return new ShaderMaterial({
-    uniforms: { colours: { value: null }, depths: { value: null } },
-    vertexShader: "varying vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-    fragmentShader: `
-      uniform sampler2D colours, depths;
-      varying vec2 place;
-      void main() {
-        gl_FragColor = texture2D(colours, place);
-        gl_FragDepth = texture2D(depths, place).r;
-        #include <colorspace_fragment>
-      }`,
-    depthFunc: AlwaysDepth,
-    blending: NoBlending,
-    toneMapped: false,
-  });
-}
-
 export class RenewedPicture extends StillPicture {
   declare renderer: WebGLRenderer;
   declare target: WebGLRenderTarget | null;
@@ -273,7 +252,7 @@ export class RenewedPicture extends StillPicture {
   /** Colours and depths of places that are drawn quickly: one sample a pixel, where the screen has four. */
   private quick: WebGLRenderTarget | null = null;
   private readonly quickScene = new Scene();
-  private readonly quickMaterial = quickSheet();
+  private readonly quickMaterial: ShaderMaterial = sheetMaterial("#include <colorspace_fragment>");
 
   constructor(renderer: WebGLRenderer) {
     super(renderer);

@@ -52,6 +52,25 @@ function boxOnScreen(scene, camera, size) {
   return box.intersect(new Box2(new Vector2(), size));
 }
 
+/** Draws colours and depths that a target keeps; `last` is added to the end of its shader. */
+export function sheetMaterial(last = "") {
+  return new ShaderMaterial({
+    uniforms: { colours: { value: null }, depths: { value: null } },
+    vertexShader: "varying vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+    fragmentShader: `
+      uniform sampler2D colours, depths;
+      varying vec2 place;
+      void main() {
+        gl_FragColor = texture2D(colours, place);
+        gl_FragDepth = texture2D(depths, place).r;
+        ${last}
+      }`,
+    depthFunc: AlwaysDepth,
+    blending: NoBlending,
+    toneMapped: false,
+  });
+}
+
 export class StillPicture {
   constructor(renderer) {
     this.renderer = renderer;
@@ -61,22 +80,8 @@ export class StillPicture {
     this.covered = new Box2();
     // Colours come from the screen, where edges are smooth; depths from a target of their own.
     this.depthMaterial = new MeshBasicMaterial({ colorWrite: false, side: DoubleSide });
-    const material = new ShaderMaterial({
-      uniforms: { colours: { value: null }, depths: { value: null } },
-      vertexShader: "varying vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-      fragmentShader: `
-        uniform sampler2D colours, depths;
-        varying vec2 place;
-        void main() {
-          gl_FragColor = texture2D(colours, place);
-          gl_FragDepth = texture2D(depths, place).r;
-        }`,
-      depthFunc: AlwaysDepth,
-      blending: NoBlending,
-      toneMapped: false,
-    });
     this.camera = new OrthographicCamera(-1, 1, 1, -1, 0, 1);
-    this.sheet = new Mesh(new PlaneGeometry(2, 2), material);
+    this.sheet = new Mesh(new PlaneGeometry(2, 2), sheetMaterial());
     this.sheet.frustumCulled = false;
     this.scene = new Scene();
     this.scene.add(this.sheet);
