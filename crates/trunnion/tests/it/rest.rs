@@ -596,7 +596,7 @@ fn floor_between_cylinders() -> (FaceIndex, Vec<FaceIndex>) {
 
 /// The centre of a tool of 20 mm has 2 mm between a wall and a post that are 22 mm apart: both borders of that ring are found.
 #[test]
-fn a_floor_hardly_wider_than_the_tool_is_finished() {
+fn a_floor_barely_wider_than_the_tool_is_finished() {
     let (floor, walls) = floor_between_cylinders();
     let options = CoverOptions {
         prismatic: PrismaticUse::WallsAndFloors,

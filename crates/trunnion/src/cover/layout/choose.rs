@@ -523,3 +523,40 @@ fn shift(coefficients: &mut DMatrix<f64>, [m, n]: [i32; 2], by: f64) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+    use super::*;
+    use crate::cover::options::FinishTolerance;
+    use crate::cutter::CutterSpec;
+    use crate::surface::{Face, NurbsSurface, Surface};
+    use nalgebra::Point3;
+
+    /// A trough of 16 mm that winds sideways by 10 mm over 60 mm.
+    fn winding_trough() -> FaceIndex {
+        let net = [[-8.0, 8.0], [0.0, -8.0], [8.0, 8.0]].map(|[x, z]: [f64; 2]| {
+            [[0.0, 0.0], [20.0, 30.0], [0.0, 60.0]].map(|[by, y]| Point3::new(x + by, y, z))
+        });
+        let knots = [0, 1].map(|_| vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        let net = net.map(|row| row.to_vec()).to_vec();
+        let surface = NurbsSurface::new([2, 2], knots, net, None).unwrap();
+        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn where_bent_passes_come_first_straight_ones_are_tried_after_them() {
+        let face = winding_trough();
+        let cutter = Cutter::new(CutterSpec::of_radii(0.0, 6.0)).unwrap();
+        let tolerance = FinishTolerance { excess: 0.02, gouge: 0.0 };
+        let options = CoverOptions {
+            feed_direction: FeedDirection::Adaptive,
+            method: PlacementMethod::Inclined,
+            ..CoverOptions::finishing(&cutter, tolerance)
+        };
+        let chosen = choose(WantedPart { face: &face, without: None }, &cutter, &options);
+        let straight: Vec<bool> = chosen.charts.iter().map(Chart::is_straight).collect();
+        assert_eq!(straight, [false, true]);
+    }
+}

@@ -47,7 +47,15 @@ pub(crate) fn leaves_little<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     placed: &PlacedPasses,
 ) -> bool {
-    let left = LeftWithinReach::of(context, placed);
+    is_little(context, placed, LeftWithinReach::of(context, placed))
+}
+
+/// Returns `true` if short passes over `left`, what passes leave within reach, take a small part of their time.
+fn is_little<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &PlacedPasses,
+    left: LeftWithinReach,
+) -> bool {
     left.area <= SPOTS * placed.report.area
         && spots_price(context, placed, left.spots) <= CHEAP * placed.price()
 }
@@ -58,11 +66,12 @@ pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     cross: &FaceContext<'_, Inside>,
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
+    let mut left = LeftWithinReach::of(cross, &placed);
     // Passes beside a corner end up to an advance before it: a row along it is one pass, passes across are many.
-    if cross.setup.cutter.has_ball_tip() && is_left(&placed) {
-        add_rows(cross, &mut placed);
+    if cross.setup.cutter.has_ball_tip() && is_left(&placed) && add_rows(cross, &mut placed, left) {
+        left = LeftWithinReach::of(cross, &placed);
     }
-    if !leaves_little(cross, &placed) {
+    if !is_little(cross, &placed, left) {
         let filled = fill_across(cross, &placed)?;
         if placed.leaves_more(&filled) {
             placed = filled;
@@ -71,13 +80,13 @@ pub(crate) fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
     touch_up_rounds(cross, placed)
 }
 
-/// Adds rows along corners beside which passes leave material, and returns `true` if they are worth their length; if not, they
-/// are left out.
+/// Adds rows along corners beside which passes leave material, `left` of it within reach, and returns `true` if they are worth
+/// their length; if not, they are left out.
 pub(crate) fn add_rows<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     placed: &mut PlacedPasses,
+    left: LeftWithinReach,
 ) -> bool {
-    let left = LeftWithinReach::of(context, placed);
     let fitting: Vec<&UncutRegion> =
         placed.report.rest.iter().filter(|part| may_fit(part)).collect();
     let rows = corner_rows(context, &fitting);

@@ -66,7 +66,7 @@ const CELLS: f64 = 4.0;
 /// Nodes of a grid at most: a larger plane is left to passes that need none.
 const NODES: usize = 250_000;
 
-/// Cells of a finer grid in one of that grid, each way.
+/// Cells of a finer grid in one of that grid, each way: what the tool barely enters may be narrower than a cell.
 const FINER: usize = 4;
 
 /// Distance within which a border has been found, as a share of the tool's radius: chords are far nearer to it.
@@ -329,7 +329,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
         })
         .collect();
     let mut borders = borders_on(grid);
-    // Where the tool hardly gets through, its region may be narrower than the cells: a line ends at a border that is not found,
+    // Where the tool barely gets through, its region may be narrower than the cells: a line ends at a border that is not found,
     // or a border runs across the region.
     let is_found =
         |end: &PlanePoint| borders.iter().any(|border| border.distance(*end) <= FOUND * radius);

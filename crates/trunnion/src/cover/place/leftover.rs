@@ -43,9 +43,9 @@ pub(crate) fn cover_leftover(
     let context = FaceContext::new(*request, chart, &region);
     let mut before = untouched(&context, parts);
     if !request.setup.cutter.is_barrel() && is_left(&before) {
-        let all = LeftWithinReach::of(&context, &before).area;
-        if add_rows(&context, &mut before)
-            && LeftWithinReach::of(&context, &before).area <= MOSTLY * all
+        let left = LeftWithinReach::of(&context, &before);
+        if add_rows(&context, &mut before, left)
+            && LeftWithinReach::of(&context, &before).area <= MOSTLY * left.area
         {
             before = touch_up_rounds(&context, before)?;
             return Ok(lowered(before, parts));
