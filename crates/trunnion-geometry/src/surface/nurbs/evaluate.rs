@@ -7,6 +7,7 @@ use crate::math::bspline::SMALL;
 use crate::math::bspline::bernstein;
 use crate::math::bspline::bernstein_values;
 use crate::math::bspline::bernstein2;
+use crate::math::bspline::fill_bernstein_values;
 use crate::math::bspline::piece_of;
 use crate::surface::jet::DerivativeTable;
 use crate::surface::jet::SurfaceJet2;
@@ -64,10 +65,37 @@ impl NurbsSurface {
                 [2, 3] => return self.unrolled_point::<3, 4>(x, y),
                 [3, 2] => return self.unrolled_point::<4, 3>(x, y),
                 [3, 3] => return self.unrolled_point::<4, 4>(x, y),
-                _ => {}
+                _ if self.is_small() => return self.looped_point::<SMALL>(x, y),
+                _ => return self.looped_point::<LARGE>(x, y),
             }
         }
         Point3::from(self.table::<0>(u, v)[0][0])
+    }
+
+    /// Evaluates [`NurbsSurface::point`] inside the domain, `N` points a row of a patch at most.
+    #[inline]
+    fn looped_point<const N: usize>(&self, u: f64, v: f64) -> Point3<f64> {
+        let ((i, s, _), (j, t, _)) = (self.place(0, u), self.place(1, v));
+        let [p, q] = self.degree();
+        let (mut bu, mut bv) = ([0.0; N], [0.0; N]);
+        fill_bernstein_values(s, &mut bu[..=p]);
+        fill_bernstein_values(t, &mut bv[..=q]);
+        let mut sum = Vector4::zeros();
+        for (row, weight) in self.block(i, j).chunks_exact(q + 1).zip(&bu) {
+            let mut along = Vector4::zeros();
+            for (point, weight) in row.iter().zip(&bv) {
+                along += point * *weight;
+            }
+            sum += along * *weight;
+        }
+        self.divided_point(&sum)
+    }
+
+    /// Divides a point by its weight.
+    #[inline]
+    fn divided_point(&self, sum: &Vector4<f64>) -> Point3<f64> {
+        let weight = if self.rational { sum.w } else { self.patches[0].w };
+        Point3::from(sum.xyz() * weight.recip())
     }
 
     /// Evaluates [`NurbsSurface::point`] inside the domain, `M` by `N` points a patch.
@@ -83,8 +111,7 @@ impl NurbsSurface {
             }
             sum += along * weight;
         }
-        let weight = if self.rational { sum.w } else { self.patches[0].w };
-        Point3::from(sum.xyz() * weight.recip())
+        self.divided_point(&sum)
     }
 
     /// Returns the point and derivatives to order 2: the values of [`NurbsSurface::table`], faster
@@ -99,7 +126,9 @@ impl NurbsSurface {
             [2, 3] => self.unrolled::<3, 4>(x, y, by),
             [3, 2] => self.unrolled::<4, 3>(x, y, by),
             [3, 3] => self.unrolled::<4, 4>(x, y, by),
-            _ => SurfaceJet2::from_table(&self.table::<2>(u, v)),
+            _ if by.iter().any(|x| *x != 0.0) => SurfaceJet2::from_table(&self.table::<2>(u, v)),
+            _ if self.is_small() => self.looped::<SMALL>(x, y),
+            _ => self.looped::<LARGE>(x, y),
         }
     }
 
@@ -122,8 +151,37 @@ impl NurbsSurface {
         let (low, high) = (sums::<M, N>(block, 0, &bu, &bv), sums::<M, N>(block, 2, &bu, &bv));
         let whole = |k: usize| Vector4::new(low[k][0], low[k][1], high[k][0], high[k][1]);
         let sums = [0, 1, 2, 3, 4, 5].map(whole);
+        self.divided_jet(&sums)
+    }
+
+    /// Evaluates [`NurbsSurface::jet2`] at a place of the domain, `N` points a row of a patch at most.
+    fn looped<const N: usize>(&self, u: f64, v: f64) -> SurfaceJet2 {
+        let local = self.local::<N>(u, v, [2, 2]);
+        let [bu, bv] = &local.basis;
+        let mut sums = [Vector4::zeros(); 6];
+        for (i, row) in local.block.chunks_exact(self.knots[1].degree() + 1).enumerate() {
+            // Row by row, as in [`sums`].
+            let mut along = [Vector4::zeros(); 3];
+            for (j, point) in row.iter().enumerate() {
+                along[0] += point * bv[0][j];
+                along[1] += point * bv[1][j];
+                along[2] += point * bv[2][j];
+            }
+            sums[0] += along[0] * bu[0][i];
+            sums[1] += along[0] * bu[1][i];
+            sums[2] += along[1] * bu[0][i];
+            sums[3] += along[0] * bu[2][i];
+            sums[4] += along[1] * bu[1][i];
+            sums[5] += along[2] * bu[0][i];
+        }
+        self.divided_jet(&sums)
+    }
+
+    /// Divides point and derivatives by the weight.
+    #[inline]
+    fn divided_jet(&self, sums: &[Vector4<f64>; 6]) -> SurfaceJet2 {
         if self.rational {
-            return divided(&sums);
+            return divided(sums);
         }
         // Equal weights: one factor instead of the quotient rule.
         let scale = self.patches[0].w.recip();

@@ -70,6 +70,22 @@ pub fn bernstein_values<const N: usize>(t: f64) -> [f64; N] {
     row
 }
 
+/// Computes the Bernstein polynomials of degree `row.len() - 1` alone, bit for bit as [`bernstein`] does.
+#[inline]
+pub fn fill_bernstein_values(t: f64, row: &mut [f64]) {
+    let s = 1.0 - t;
+    row.fill(0.0);
+    if let Some(first) = row.first_mut() {
+        *first = 1.0;
+    }
+    for m in 1..row.len() {
+        for i in (0..m).rev() {
+            row[i + 1] += t * row[i];
+            row[i] *= s;
+        }
+    }
+}
+
 /// Computes [`bernstein`] for one degree, so that the loops unroll.
 #[inline]
 fn bernstein_of<const P: usize, const N: usize>(t: f64, rate: f64, order: usize) -> BasisTable<N> {
@@ -144,6 +160,12 @@ mod tests {
             assert_eq!(bits(&bernstein2::<3>(0.9, 0.2)[k]), bits(&narrow[k][..3]));
         }
         assert_eq!(bits(&bernstein_values::<4>(0.3)), bits(&bernstein2::<4>(0.3, 1.7)[0]));
+        for degree in 1..=MAX_DEGREE {
+            let mut row = [9.0; LARGE];
+            fill_bernstein_values(0.37, &mut row[..=degree]);
+            let whole = bernstein::<LARGE>(degree, 0.37, 1.9, 0);
+            assert_eq!(bits(&row[..=degree]), bits(&whole[0][..=degree]));
+        }
     }
 
     #[test]

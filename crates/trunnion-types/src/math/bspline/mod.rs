@@ -9,7 +9,7 @@ mod knot_error;
 mod knot_vector;
 mod sizes;
 
-pub use bernstein::{bernstein, bernstein_values, bernstein2};
+pub use bernstein::{bernstein, bernstein_values, bernstein2, fill_bernstein_values};
 pub use binomial::{MAX_BINOMIAL, binomial};
 pub use knot_error::{KnotError, KnotErrors};
 pub use knot_vector::{KnotVector, piece_of};
