@@ -96,8 +96,9 @@ impl MotionPiece {
         range: [f64; 2],
         slack: f64,
     ) -> Option<f64> {
-        let mut open = vec![(0.0, 1.0)];
-        while let Some((u, half)) = open.pop() {
+        let (mut next, mut open) = (Some((0.0, 1.0)), Vec::new());
+        // The whole piece decides nearly always, and nothing is allocated for it.
+        while let Some((u, half)) = next.take().or_else(|| open.pop()) {
             let margin = self.off_rays(&self.instant(u), half, body, disc, range);
             let DistanceMargin { distance, extent, time, .. } = margin;
             if distance - extent - time > slack {

@@ -8,6 +8,7 @@ use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::tool::{DepthRule, NormalRay};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// Quarterings after which a larger bound is tried.
@@ -24,23 +25,62 @@ struct ExcessCell {
     poses: Vec<DecidingPose>,
     /// Last pose found among the bodies that may come to the piece.
     found: Option<DecidingPose>,
-    /// Bodies that may come to the piece.
-    items: Rc<[ContentId]>,
+    /// Grid cell that it is part of.
+    cell: TileCells,
+    /// Bodies that may come to the piece, once they have been sought.
+    items: Option<Rc<[ContentId]>>,
     /// Trim segments that may touch it.
     border: Option<Vec<u32>>,
+}
+
+/// Bodies that may come to the blocks of a tile: those of a block are sought among those of the block around it, once a cell
+/// in it needs them.
+struct BlockBodies<'a> {
+    survey: &'a TileSurvey<'a>,
+    all: Rc<[ContentId]>,
+    /// By size and first cell of the block.
+    blocks: BTreeMap<(usize, [usize; 2]), Rc<[ContentId]>>,
+}
+
+impl BlockBodies<'_> {
+    /// Returns the bodies that may come to the smallest block around a cell.
+    fn around(&mut self, cell: TileCells) -> Rc<[ContentId]> {
+        self.of(cell.within(self.survey.task.cells, 2))
+    }
+
+    fn of(&mut self, block: TileCells) -> Rc<[ContentId]> {
+        let TileTask { cells: whole, top, .. } = self.survey.task;
+        if block.size >= whole.size {
+            return Rc::clone(&self.all);
+        }
+        let key = (block.size, block.at);
+        if let Some(known) = self.blocks.get(&key) {
+            return Rc::clone(known);
+        }
+        let before = self.of(block.within(whole, 2 * block.size));
+        let bundles = self.survey.bundles(block);
+        let comes = |numbers: &ContentId| {
+            let mut comes =
+                bundles.iter().map(|bundle| self.survey.parts.comes(*numbers, bundle, top));
+            comes.any(|distance| distance.is_some())
+        };
+        let found: Rc<[ContentId]> = before.iter().filter(|body| comes(body)).copied().collect();
+        self.blocks.insert(key, Rc::clone(&found));
+        found
+    }
 }
 
 /// Bounds the highest excess in a tile.
 pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
     let TileTask { cells, start: [_, mut known], most, .. } = survey.task;
     let mut open = Vec::new();
-    // Cells share the list of bodies until it is narrowed for one of them.
-    let items: Rc<[ContentId]> = survey.parts.numbers().collect();
     for one in cells.each() {
-        cell(survey, one, &items, &mut open);
+        cell(survey, one, &mut open);
     }
+    let mut bodies =
+        BlockBodies { survey, all: survey.parts.numbers().collect(), blocks: BTreeMap::new() };
     let mut count = 0;
-    while let Some(next) = open.pop() {
+    while let Some(mut next) = open.pop() {
         count += 1;
         let Some(piece) = survey.shape.cell(&next.rectangle) else {
             halve(next, None, None, &mut open);
@@ -61,6 +101,8 @@ pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
             }
             count = 0;
         }
+        let items = next.items.take().unwrap_or_else(|| bodies.around(next.cell));
+        next.items = Some(coming(survey, &piece, &items));
         search(survey, next, &piece, &mut known, &mut open);
     }
     known
@@ -69,12 +111,7 @@ pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
 /// Adds the pieces of a grid cell, with the poses that decide at its corners.
 ///
 /// Cells with an uncut corner, and those that touch declared rest material, are reported as such and left out.
-fn cell(
-    survey: &TileSurvey<'_>,
-    cell: TileCells,
-    items: &Rc<[ContentId]>,
-    open: &mut Vec<ExcessCell>,
-) {
+fn cell(survey: &TileSurvey<'_>, cell: TileCells, open: &mut Vec<ExcessCell>) {
     let [i, j] = cell.at;
     let Some(whole) = survey.rectangle(cell) else { return };
     let columns = survey.map.v.len();
@@ -99,8 +136,16 @@ fn cell(
             CellLocation::Inside => None,
             CellLocation::Border(segments) => Some(segments),
         };
-        let (poses, items) = (poses.clone(), Rc::clone(items));
-        open.push(ExcessCell { rectangle, level: 0, poses, found: None, items, border });
+        let poses = poses.clone();
+        open.push(ExcessCell {
+            rectangle,
+            level: 0,
+            poses,
+            found: None,
+            cell,
+            items: None,
+            border,
+        });
     }
 }
 
@@ -207,13 +252,14 @@ fn halve(
     let parts = by
         .map_or_else(|| quarters(next.rectangle).to_vec(), |k| halves(next.rectangle, k).to_vec());
     for rectangle in parts {
-        let (poses, items) = (next.poses.clone(), Rc::clone(&next.items));
+        let (poses, items) = (next.poses.clone(), next.items.clone());
         let (level, border) = (next.level + 1, border.clone());
-        open.push(ExcessCell { rectangle, level, poses, found: next.found, items, border });
+        let (cell, found) = (next.cell, next.found);
+        open.push(ExcessCell { rectangle, level, poses, found, cell, items, border });
     }
 }
 
-/// Finds the pose that comes lowest in the middle of a piece, and quarters the piece if that pose does not hold it.
+/// Finds the pose that comes lowest in the middle of a piece among the bodies that may come to it, and quarters the piece if that pose does not hold it.
 fn search(
     survey: &TileSurvey<'_>,
     mut next: ExcessCell,
@@ -231,9 +277,9 @@ fn search(
         below: survey.parts.scope.reach,
         rule: DepthRule::AlongNormal,
     };
-    // Step 1: keep the bodies that may come to the piece, and measure its middle against them.
-    next.items = coming(survey, piece, &next.items);
-    let lowest = survey.parts.lowest_or_nearest(&next.items, &ray);
+    // Step 1: measure the middle of the piece against the bodies that may come to it.
+    let items = next.items.as_deref().unwrap_or_default();
+    let lowest = survey.parts.lowest_or_nearest(items, &ray);
     let inside = survey.holds_middle(&next.rectangle, &location);
     // Moves above `top` were not gathered, but may count here: the tile is inspected again with more of them.
     if inside && lowest.s > survey.task.top {

@@ -1,8 +1,7 @@
 //! Collects the moves that come to each tile, from programs of any length.
 
 use super::margin::TileBound;
-use super::shape::{UvRectangle, quarters};
-use super::survey::{MeasuredFace, TileCells, TileSurvey, TileTask};
+use super::survey::{TileSurvey, TileTask};
 use super::{excess, gouge};
 use crate::verify::deviation::chunks::{ChunkMotion, MotionChunk, MotionChunks};
 use crate::verify::error::VerifyError;
@@ -10,9 +9,6 @@ use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::rays::RayBundle;
 use rayon::prelude::*;
-
-/// Most quarterings of a tile whose middle has no normal.
-const DEEPEST: u32 = 3;
 
 /// Moves that come to some tiles.
 struct GatheredMoves {
@@ -129,27 +125,6 @@ impl GatheredMoves {
         self.pieces.retain(|_| kept.next().is_some_and(|wanted| *wanted));
         for number in self.lists.iter_mut().flatten() {
             *number = renumbered.get(*number as usize).copied().unwrap_or(*number);
-        }
-    }
-}
-
-impl MeasuredFace<'_> {
-    /// Returns ray bundles that cover a tile.
-    fn bundles(&self, cells: TileCells) -> Vec<RayBundle> {
-        let mut bundles = Vec::new();
-        for part in self.rectangle(cells).iter().flat_map(|&whole| self.shape.smooth_parts(whole)) {
-            self.bundle(part, 0, &mut bundles);
-        }
-        bundles
-    }
-
-    fn bundle(&self, rectangle: UvRectangle, level: u32, bundles: &mut Vec<RayBundle>) {
-        if let Some(cell) = self.shape.cell(&rectangle) {
-            bundles.push(cell.bundle());
-        } else if level < DEEPEST {
-            for quarter in quarters(rectangle) {
-                self.bundle(quarter, level + 1, bundles);
-            }
         }
     }
 }

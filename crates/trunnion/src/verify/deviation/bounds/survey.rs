@@ -1,15 +1,19 @@
 //! Faces and tiles whose deviation is bounded, with the moves that come to them.
 
 use super::margin::TileBound;
-use super::shape::{FaceShape, UvRectangle};
+use super::shape::{FaceShape, UvRectangle, quarters};
 use super::trim_segments::{TrimCrossing, TrimSegments};
 use crate::verify::deviation::chunks::ChunkMotion;
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{FaceMap, HeightSample};
+use crate::verify::swept::rays::RayBundle;
 use crate::verify::swept::tool::DepthRule;
 
 /// Grid cells along the side of a tile.
 const TILE: usize = 8;
+
+/// Most quarterings of cells whose middle has no normal.
+const NO_NORMAL: u32 = 3;
 
 /// Square of grid cells, by the first of them.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +24,12 @@ pub(super) struct TileCells {
 }
 
 impl TileCells {
+    /// Returns the square of some cells each way that holds these, among those into which `whole` is divided.
+    pub(super) fn within(self, whole: Self, size: usize) -> Self {
+        let first = |k: usize| whole.at[k] + (self.at[k] - whole.at[k]) / size * size;
+        Self { at: [first(0), first(1)], size }
+    }
+
     /// Returns the cells one by one.
     pub(super) fn each(self) -> impl Iterator<Item = Self> {
         let [i, j] = self.at;
@@ -184,6 +194,27 @@ impl MeasuredFace<'_> {
         let row = move |i: usize| i * columns + j..i * columns + (j + size + 1).min(columns);
         let samples = rows.map(row).filter_map(|row| self.map.samples.get(row));
         samples.flatten().flatten()
+    }
+}
+
+impl MeasuredFace<'_> {
+    /// Returns ray bundles that cover some cells.
+    pub(super) fn bundles(&self, cells: TileCells) -> Vec<RayBundle> {
+        let mut bundles = Vec::new();
+        for part in self.rectangle(cells).iter().flat_map(|&whole| self.shape.smooth_parts(whole)) {
+            self.bundle(part, 0, &mut bundles);
+        }
+        bundles
+    }
+
+    fn bundle(&self, rectangle: UvRectangle, level: u32, bundles: &mut Vec<RayBundle>) {
+        if let Some(cell) = self.shape.cell(&rectangle) {
+            bundles.push(cell.bundle());
+        } else if level < NO_NORMAL {
+            for quarter in quarters(rectangle) {
+                self.bundle(quarter, level + 1, bundles);
+            }
+        }
     }
 }
 
