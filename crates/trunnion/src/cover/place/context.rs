@@ -19,8 +19,10 @@ use crate::cover::prove::time_slab::SpanTimes;
 use crate::cover::report::{FallbackReason, PassFallback};
 use crate::cutter::Cutter;
 use crate::cutter::ToolBody;
-use crate::surface::FaceIndex;
+use crate::surface::{FaceIndex, FootPoint};
 use crate::types::{Interval, Pass, Station, Uv};
+use nalgebra::Point3;
+use rayon::prelude::*;
 
 /// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. Proofs halve them where they
 /// have to; smaller ones to begin with took longer.
@@ -164,15 +166,38 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
 
     /// Returns `true` if the tool keeps off this face and the others between the stations.
     pub(crate) fn keeps_off(&self, sweep: &PassSweep) -> bool {
+        (0..sweep.curve.spans.len()).all(|span| self.keeps_off_on(sweep, span))
+    }
+
+    /// Returns the spans between stations on which the tool does not keep off this face and the others.
+    pub(crate) fn spans_too_near(&self, sweep: &PassSweep) -> Vec<usize> {
+        let spans = (0..sweep.curve.spans.len()).into_par_iter();
+        spans.filter(|span| !self.keeps_off_on(sweep, *span)).collect()
+    }
+
+    fn keeps_off_on(&self, sweep: &PassSweep, span: usize) -> bool {
         let keep_off = self.keep_off();
         let clearance = self.clearance(keep_off.precision);
-        let radius = self.setup.cutter.radius();
-        (0..sweep.curve.spans.len()).all(|span| {
-            let times = SpanTimes::all(sweep, span, radius);
-            let others = keep_off.clearance(sweep, span, times, clearance.target);
-            let own = keep_off.own_clearance(&clearance, sweep, span, times);
-            own.min(others) >= clearance.target - clearance.precision
-        })
+        let times = SpanTimes::all(sweep, span, self.setup.cutter.radius());
+        let enough = clearance.target - clearance.precision;
+        keep_off.clearance(sweep, span, times, clearance.target) >= enough
+            && keep_off.own_clearance(&clearance, sweep, span, times) >= enough
+    }
+
+    /// Returns the parameters of the point of the face nearest to `p`: near a guess where one is found there within a distance
+    /// \[mm\], which takes a fraction of the time.
+    pub(crate) fn foot_near(
+        &self,
+        p: &Point3<f64>,
+        guess: [f64; 2],
+        within: f64,
+    ) -> Option<[f64; 2]> {
+        let bounds = self.face.face().bounds();
+        let is_inside =
+            |foot: &FootPoint| bounds[0].contains(foot.uv.u) && bounds[1].contains(foot.uv.v);
+        let near = self.face.closest_near(p, guess.into()).ok();
+        let near = near.filter(|foot| foot.distance <= within && is_inside(foot));
+        near.or_else(|| self.face.closest(p).ok()).map(|foot| foot.uv.into())
     }
 
     /// Makes a pass of stations that finish a strip of one width.

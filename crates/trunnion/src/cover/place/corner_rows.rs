@@ -6,13 +6,13 @@
 
 use crate::cover::layout::border_line::border_lines;
 use crate::cover::layout::region::ChartPoint;
+use crate::cover::place::chain_planner::{ChainPlanner, SpotPass, SpotStation, split};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::sharp_corner::SharpCorner;
 use crate::cover::place::spots::{SPACING, small_cells};
 use crate::cover::place::tool_fit::{
     ContactGap, ContactPoint, PoseOrder, has_flank, keeps_off_others,
 };
-use crate::cover::place::touch_up::{ChainPlanner, SpotPass, split};
 use crate::cutter::{ConvexSolid, Cutter};
 use crate::math;
 use crate::positioning::ToleranceBand;
@@ -214,12 +214,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
                 // Each by itself: what fits at one point decides nothing at the next.
                 let station =
                     |point: &CornerPoint| planner.station(point.uv, Some(point.leaning(lean)));
-                let stations: Vec<Option<Station>> = points.par_iter().map(station).collect();
+                let stations: Vec<Option<SpotStation>> = points.par_iter().map(station).collect();
                 let strips = points.iter().zip(&stations);
-                let strips =
-                    strips.filter_map(|(point, station)| self.strip(point, station.as_ref()?));
+                let strips = strips
+                    .filter_map(|(point, station)| self.strip(point, &station.as_ref()?.station));
                 strip = strips.fold(strip, f64::min);
-                passes.extend(split(&stations).iter().flat_map(|run| planner.proven_passes(run)));
+                passes.extend(
+                    split(&stations).into_iter().flat_map(|run| planner.proven_passes(run)),
+                );
             }
             let step = if strip.is_finite() { sides * OVERLAP * strip } else { least };
             let next = |point: &Option<CornerPoint>| self.next((*point)?, step.max(least));
@@ -280,8 +282,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CornerRows<'_, '_, Inside> {
     /// Moves a point into the face along its surface; `None` where the face ends.
     fn moved(&self, point: CornerPoint, step: f64) -> Option<CornerPoint> {
         let face = self.context.face;
-        let foot = face.closest(&(point.point + point.inward * step)).ok()?;
-        let [u, v] = [foot.uv.u, foot.uv.v];
+        let [u, v] =
+            self.context.foot_near(&(point.point + point.inward * step), point.uv, step)?;
         let normal = face.face().contains(u, v).then(|| face.face().normal(u, v)).flatten()?;
         let inward = point.inward - normal.scale(normal.dot(&point.inward));
         Some(CornerPoint {

@@ -5,15 +5,14 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
 use crate::cover::pattern::{FeedDirection, PlacementMethod};
+use crate::cover::place::chain_planner::{SpotPass, room};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::corner_rows::corner_rows;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::spots::spot_areas;
 use crate::cover::place::tool_fit::{ContactGap, ContactPoint, PoseOrder, keeps_off_others};
-use crate::cover::place::touch_up::{
-    OpenRegion, SpotPass, add_passes, may_fit, room, spots_price, touch_up,
-};
+use crate::cover::place::touch_up::{OpenRegion, add_passes, may_fit, spots_price, touch_up};
 use crate::cover::place::trim::SpanProof;
 use crate::types::{Interval, UncutRegion};
 use rayon::prelude::*;

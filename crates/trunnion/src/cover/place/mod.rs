@@ -4,6 +4,7 @@ pub(super) mod axis_limit;
 mod ball_cap;
 mod barred;
 pub(super) mod candidate;
+pub(super) mod chain_planner;
 pub(super) mod context;
 pub(super) mod corner_rows;
 pub(super) mod face;
