@@ -526,8 +526,6 @@ fn shift(coefficients: &mut DMatrix<f64>, [m, n]: [i32; 2], by: f64) {
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
     use super::*;
     use crate::cover::options::FinishTolerance;
     use crate::cutter::CutterSpec;
