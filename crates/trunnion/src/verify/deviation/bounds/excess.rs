@@ -93,6 +93,9 @@ pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
         {
             continue;
         }
+        if quarters_clear(survey, &next, aim) {
+            continue;
+        }
         // Step 2: abandon the piece at the limit, as area without a proof.
         if count > most {
             if !known.relax(&survey.worst[1]) {
@@ -106,6 +109,20 @@ pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
         search(survey, next, &piece, &mut known, &mut open);
     }
     known
+}
+
+/// Tests if the poses that decided near a piece hold its quarters one by one.
+///
+/// They have to be held one by one anyway where no pose holds the whole piece; tested at once, they need no search among all
+/// bodies that may come to it. A ball that hardly differs from the face in curvature has thousands of those.
+fn quarters_clear(survey: &TileSurvey<'_>, next: &ExcessCell, height: f64) -> bool {
+    let clear = |quarter: UvRectangle| {
+        let cell = survey.shape.cell(&quarter);
+        cell.is_some_and(|cell| next.poses.iter().any(|pose| clears(survey, &cell, height, pose)))
+    };
+    next.level < DEEPEST
+        && !next.poses.is_empty()
+        && quarters(next.rectangle).into_iter().all(clear)
 }
 
 /// Adds the pieces of a grid cell, with the poses that decide at its corners.
