@@ -195,8 +195,6 @@ typedef struct TrunnionPlannerState {
   uint32_t limit;
 } TrunnionPlannerState;
 
-
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -237,7 +235,10 @@ struct TrunnionStatus trunnion_axis(const struct Trunnion *machine, size_t index
 // # Safety
 //
 // `machine` is open; `path` is a string that ends with a zero byte; `message` is null or points to `size` writable bytes.
-int32_t trunnion_ini(const struct Trunnion *machine, const char *path, char *message, size_t size);
+int32_t trunnion_ini(const struct Trunnion *machine,
+                     const char *path,
+                     char *message,
+                     size_t size);
 
 // Switches to plain axes (0) or tool-centre-point control (1), with the length of the tool in the spindle.
 //
@@ -367,7 +368,7 @@ void trunnion_planner_cycle(struct TrunnionPlanner *planner, double feed, double
 // As `trunnion_planner_abort`; `fault` is writable.
 int32_t trunnion_planner_fault(struct TrunnionPlanner *planner, struct TrunnionFault *fault);
 
-// Tells the state of the plan.
+// Writes the state of the plan to `state`.
 //
 // # Safety
 //
