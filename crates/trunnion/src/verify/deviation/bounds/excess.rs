@@ -93,6 +93,7 @@ pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
         {
             continue;
         }
+        // The same for its quarters, before all bodies are sought that may come to it.
         if quarters_clear(survey, &next, aim) {
             continue;
         }
@@ -111,10 +112,10 @@ pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
     known
 }
 
-/// Tests if the poses that decided near a piece hold its quarters one by one.
+/// Tests if the poses that decided near a piece leave no more than `height` on each of its quarters.
 ///
-/// They have to be held one by one anyway where no pose holds the whole piece; tested at once, they need no search among all
-/// bodies that may come to it. A ball that hardly differs from the face in curvature has thousands of those.
+/// Where no single pose does that on the whole piece, each quarter may still have one that does. A ball whose curvature is
+/// nearly that of the face comes near a piece with thousands of moves, and to seek among them takes longer.
 fn quarters_clear(survey: &TileSurvey<'_>, next: &ExcessCell, height: f64) -> bool {
     let clear = |quarter: UvRectangle| {
         let cell = survey.shape.cell(&quarter);
